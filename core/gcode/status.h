@@ -12,7 +12,7 @@
     X(3, UNKNOWN_COMMAND, "unknown $ command or setting")                                                    \
     X(4, NEGATIVE, "the value must not be negative")                                                         \
     X(5, HOMING_DISABLED, "homing is not enabled ($22)")                                                     \
-    X(6, STEP_PULSE_SHORT, "a step pulse must be 3 us or longer")                                            \
+    X(6, STEP_PULSE_SHORT, "a step pulse must be 3 us or longer, or the board's own")                        \
     X(7, STORE_DAMAGED, "stored data is damaged: check $$ $# $N, then acknowledge with $ACK")                \
     X(8, NOT_IDLE, "only possible while idle")                                                               \
     X(9, LOCKED, "locked by an alarm or a jog")                                                              \
@@ -80,6 +80,7 @@
     X(144, SECOND_MOTOR_ORDER, "$210 ..: only the driver of a later axis can be a second motor")             \
     X(145, SECOND_MOTOR_TAKEN, "$210 ..: this driver is the second motor of another axis already")           \
     X(146, HAS_SECOND_MOTOR, "$210 ..: this axis has a second motor by its board file")                      \
+    X(147, STEP_PULSE_LONG, "the shift registers of this board make step pulses of 32 us at most")           \
     X(150, NO_ENCODER, "this needs a spindle encoder: the board has none, or $88 is 0")                      \
     X(151, SPINDLE_OFF, "this needs a running spindle: M3 or M4, and S above 0")                             \
     X(152, THREAD_PLANE, "G76 needs the ZX plane (G18)")                                                     \

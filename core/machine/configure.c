@@ -191,7 +191,7 @@ enum status configure_set(struct machine *machine, uint16_t number, double value
     if (is_pulse_short(machine, number, value))
         return STATUS_STEP_PULSE_SHORT;
     if (is_pulse_long(machine, number, value))
-        return STATUS_BAD_NUMBER;
+        return STATUS_STEP_PULSE_LONG;
     if (is_pwm_in_use(machine, number))
         return STATUS_PWM_IN_USE;
     /* Before anything is changed: what the board cannot do is refused as a whole. */

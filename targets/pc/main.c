@@ -22,7 +22,13 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { SETTINGS_MAX = 256, USAGE = 2 };
+enum { LINES_MAX = 256, USAGE = 2 };
+
+/* Of the controller's settings, and of what hands do before anyone connects; NULL-terminated. */
+struct lines {
+    const char *settings[LINES_MAX + 1];
+    const char *hands[LINES_MAX + 1];
+};
 
 static void say(const char *format, ...) {
     char line[512];
@@ -45,10 +51,10 @@ static void say_client(void *ctx, const char *what, const char *who) {
 }
 
 static int say_failure(const struct serve_failure *failure) {
-    static const char *const stages[] = {[SERVE_MEMORY] = "memory", [SERVE_BOARD] = "board",
-                                         [SERVE_STORE] = "store",   [SERVE_SETTING] = "setting",
-                                         [SERVE_TCP] = "tcp",       [SERVE_CONTROL] = "control",
-                                         [SERVE_PTY] = "pty",       [SERVE_WIRE] = "wmc3"};
+    static const char *const stages[] = {
+        [SERVE_MEMORY] = "memory",   [SERVE_BOARD] = "board", [SERVE_STORE] = "store",
+        [SERVE_SETTING] = "setting", [SERVE_HANDS] = "hands", [SERVE_TCP] = "tcp",
+        [SERVE_CONTROL] = "control", [SERVE_PTY] = "pty",     [SERVE_WIRE] = "wmc3"};
     const char *text = failure->detail != NULL ? failure->detail : port_error_text(failure->error);
     say("failed\t%s\t%d\t%s\n", stages[failure->stage], failure->error, text);
     return 1;
@@ -150,7 +156,16 @@ static bool take_board(struct host_board *board, const char *name, const char *v
     return true;
 }
 
-static bool take_option(struct serve_options *options, const char **settings, const char *name,
+/* @return false: there are too many */
+static bool add_line(const char **lines, const char *line) {
+    size_t count = 0;
+    while (lines[count] != NULL)
+        count++;
+    lines[count] = line;
+    return count < LINES_MAX;
+}
+
+static bool take_option(struct serve_options *options, struct lines *lines, const char *name,
                         const char *value) {
     char *end;
     if (strcmp(name, "--host") == 0) {
@@ -169,11 +184,9 @@ static bool take_option(struct serve_options *options, const char **settings, co
         options->speed = strtod(value, &end);
         return *end == '\0' && options->speed >= 0.0 && options->speed <= 1e6;
     } else if (strcmp(name, "--set") == 0) {
-        size_t count = 0;
-        while (settings[count] != NULL)
-            count++;
-        settings[count] = value;
-        return count < SETTINGS_MAX;
+        return add_line(lines->settings, value);
+    } else if (strcmp(name, "--hands") == 0) {
+        return add_line(lines->hands, value);
     } else {
         return strncmp(name, "--device", 8) == 0 || strncmp(name, "--pump", 6) == 0
                    ? take_parts(&options->board, name, value)
@@ -182,7 +195,7 @@ static bool take_option(struct serve_options *options, const char **settings, co
     return true;
 }
 
-static bool read_options(int argc, char **argv, struct serve_options *options, const char **settings) {
+static bool read_options(int argc, char **argv, struct serve_options *options, struct lines *lines) {
     for (int i = 1; i < argc; i++) {
         if (strcmp(argv[i], "--parent") == 0) {
             options->stop_fd[1] = port_parent_fd();
@@ -192,7 +205,7 @@ static bool read_options(int argc, char **argv, struct serve_options *options, c
             options->io_module = true;
             continue;
         }
-        if (i + 1 == argc || !take_option(options, settings, argv[i], argv[i + 1])) {
+        if (i + 1 == argc || !take_option(options, lines, argv[i], argv[i + 1])) {
             fprintf(stderr, "not an option, or its value is missing or wrong: %s\n", argv[i]);
             return false;
         }
@@ -205,7 +218,7 @@ static bool read_options(int argc, char **argv, struct serve_options *options, c
 
 #ifndef PIO_UNIT_TESTING /* there main() is the test's */
 int main(int argc, char **argv) {
-    const char *settings[SETTINGS_MAX + 1] = {NULL};
+    struct lines lines = {{NULL}, {NULL}};
     struct serve_failure failure;
     const char *key = getenv("WIFICNC_KEY");
     struct serve_options options = {
@@ -216,14 +229,15 @@ int main(int argc, char **argv) {
                   .axis_count = 3},
         .speed = 1.0,
         .key = key != NULL ? key : "",
-        .settings = settings,
+        .settings = lines.settings,
+        .hands = lines.hands,
         .stop_fd = {-1, -1},
         .events = {.listens = say_listens, .client = say_client},
     };
     argv = port_start(argv);
     if (argv == NULL)
         return say_failure(&(struct serve_failure){.stage = SERVE_MEMORY, .error = ENOMEM});
-    if (!read_options(argc, argv, &options, settings))
+    if (!read_options(argc, argv, &options, &lines))
         return USAGE;
     int error = port_catch_requests(&options.stop_fd[0]);
     if (error != 0)

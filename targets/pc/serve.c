@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "serve.h"
 
+#include "hands.h"
 #include "host_store.h"
 
 #include "machine/parts.h"
@@ -231,6 +232,19 @@ static struct host *make_host(const struct serve *serve, const struct serve_opti
     return applied ? start_host(serve, options) : NULL;
 }
 
+/* @return false: a line is wrong */
+static bool use_hands(struct host *host, const char *const *lines, struct serve_failure *failure) {
+    for (; lines != NULL && *lines != NULL; lines++) {
+        struct hands_action action;
+        if (hands_read(host, *lines, &action) != NULL) {
+            *failure = (struct serve_failure){SERVE_HANDS, EINVAL, *lines};
+            return false;
+        }
+        hands_do(host, &action);
+    }
+    return true;
+}
+
 static void init_access(struct access *access, const char *key, const char *store) {
     uint8_t salt[ACCESS_SALT];
     port_random(salt, sizeof salt);
@@ -270,12 +284,15 @@ struct serve *serve_create(const struct serve_options *options, struct serve_fai
     serve->listener = serve->control.listener = serve->claim = -1;
     net_hub_init(&serve->hub, &sizes, &ops, serve);
     serve->store = options->store;
-    init_access(&serve->access, options->key, options->store);
     serve->hub.access = &serve->access;
-    /* Before the file is read: two programs with one storage would overwrite each other's settings. */
-    if (claim_store(serve, options->store, failure))
+    /* Before the file is read: two programs with one storage would overwrite each other's settings, and one
+     * that is no file may never be read. */
+    if (claim_store(serve, options->store, failure)) {
+        init_access(&serve->access, options->key, options->store);
         serve->host = make_host(serve, options, failure);
-    if (serve->host == NULL || !open_doors(serve, options, failure)) {
+    }
+    if (serve->host == NULL || !use_hands(serve->host, options->hands, failure) ||
+        !open_doors(serve, options, failure)) {
         serve_destroy(serve);
         return NULL;
     }

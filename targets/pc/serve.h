@@ -31,6 +31,7 @@ struct serve_options {
     const char *key;   /* of network clients, by any protocol; "": access is open */
     const char *store; /* file that keeps settings; NULL: nothing is kept */
     const char *const *settings; /* lines like $110=5000, NULL-terminated; or NULL */
+    const char *const *hands;    /* lines of hands.h after the settings, NULL-terminated; or NULL */
     int stop_fd[2];              /* readable, or at its end: stop; -1: none */
     struct serve_events events;
 };
@@ -41,6 +42,7 @@ enum serve_stage {
     SERVE_BOARD,
     SERVE_STORE,
     SERVE_SETTING,
+    SERVE_HANDS,
     SERVE_TCP,
     SERVE_CONTROL,
     SERVE_PTY,

@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import json
 import xml.etree.ElementTree as ET
+from itertools import combinations
 from pathlib import Path
 
 import pytest
 from click.testing import CliRunner, Result
 from generate import boards
+from wificnc import ui
 from wificnc.app import main, root
 from wificnc.board import paths
 from wificnc.board.header import pin_header_text
 from wificnc.board.labels import label
 from wificnc.board.load import find_boards, load_board
 from wificnc.board.model import BoardFile, Role
-from wificnc.board.picture import ROLE_COLOURS, draw, svg_text
+from wificnc.board.picture import ROLE_COLOURS, Text, draw, svg_text
 
 IDS = [path.stem for path in find_boards()]
 INVALID = Path(__file__).parent / "invalid"
@@ -30,6 +32,19 @@ def test_list() -> None:
     result = run("boards", "list")
     assert result.exit_code == 0
     assert all(board_id in result.stdout for board_id in IDS)
+
+
+@pytest.mark.parametrize("width", [80, 200])
+def test_list_fits_the_terminal(monkeypatch: pytest.MonkeyPatch, width: int) -> None:
+    """In a narrow one what a board is for has lines of its own, and no column of a few letters."""
+    monkeypatch.setattr(ui.data, "width", width)
+    lines = run("boards", "list").stdout.splitlines()
+    assert max(map(len, lines)) <= width
+    boards = {line.split()[0]: line for line in lines if not line.startswith(" ")}
+    assert boards.keys() == {"board", *IDS} and "250 k" in boards["esp32-wroom32"]
+    assert ("Six axes" in boards["esp32-wroom32"]) == (width == 200)
+    words = [word for line in lines for word in line.split()]
+    assert len(lines) <= 3 * len(boards) and words.count("resistors") == 1, "nothing is cut off"
 
 
 def test_a_second_motor_is_shown() -> None:
@@ -165,6 +180,22 @@ def test_texts_of_a_picture_stay_inside_it() -> None:
 def test_every_role_has_its_own_colour() -> None:
     assert set(ROLE_COLOURS) == set(Role)
     assert len(set(ROLE_COLOURS.values())) == len(Role)
+
+
+def covered(text: Text) -> tuple[float, float, float, float]:
+    """Left, right, top and bottom, by the widths of DejaVu Sans."""
+    width = len(text.text) * text.size * (0.67 if text.bold else 0.6)
+    left = text.x - {"start": 0.0, "middle": width / 2, "end": width}[text.anchor]
+    return left, left + width, text.y - text.size / 2, text.y + text.size / 2
+
+
+@pytest.mark.parametrize("board_id", IDS)
+def test_texts_of_a_picture_do_not_cover_each_other(board_id: str) -> None:
+    texts = [shape for shape in draw(load_board(board_id)).shapes if isinstance(shape, Text) and shape.text]
+    for one, other in combinations(texts, 2):
+        a, b = covered(one), covered(other)
+        apart = a[1] <= b[0] or b[1] <= a[0] or a[3] <= b[2] or b[3] <= a[2]
+        assert apart, (one.text, other.text)
 
 
 @pytest.mark.parametrize(("name", "magic"), [("out.svg", b"<svg "), ("out.png", b"\x89PNG\r\n")])

@@ -40,6 +40,29 @@ def test_invalid_file_breaks_its_rule_and_no_other(path: Path) -> None:
     assert message in f"{problem.key}: {problem.reason} {problem.hint or ''}"
 
 
+@pytest.mark.parametrize(
+    ("first", "second", "fine"),
+    [
+        ("limit", "limit", True),
+        ("limit_max", "limit_max", True),
+        ("limit", "limit_min", True),
+        ("limit_min", "limit", True),
+        ("limit_max", "limit_min", False),
+        ("limit_min", "limit_max", False),
+    ],
+)
+def test_both_motors_of_a_gantry_have_a_limit_at_one_end(tmp_path: Path, first: str, second: str, fine: bool) -> None:
+    """Otherwise one of them seeks a switch that is at the other end, and racks the gantry until ALARM:10."""
+    text = (paths.BOARDS / "esp32-wroom32-gantry.toml").read_text(encoding="utf-8")
+    for pin, name in (("GPIO39", first), ("GPIO35", second)):
+        old = f'limit = {{ pin = "{pin}"'
+        assert text.count(old) == 1
+        text = text.replace(old, f'{name} = {{ pin = "{pin}"')
+    path = tmp_path / "gantry.toml"
+    path.write_text(text, encoding="utf-8")
+    assert [(each.rule, each.key) for each in check_board(path)] == [("second-switch", "axis.y.second")] * (not fine)
+
+
 def test_every_rule_has_an_invalid_file() -> None:
     assert {path.stem for path in INVALID} == set(RULES)
 

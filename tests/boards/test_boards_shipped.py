@@ -156,6 +156,7 @@ def test_esp32s3_pins_as_the_datasheet_has_them() -> None:
     assert {name for name, pin in chip.pin.items() if pin.strap} == {"GPIO0", "GPIO3", "GPIO45", "GPIO46"}
     flash = {f"GPIO{n}" for n in range(26, 33)}
     assert {name for name in chip.pin if chip.pin[name].taken_in("quad")} == flash
+    assert {name for name in chip.pin if chip.pin[name].taken_in("flash")} == flash - {"GPIO26"}
     octal = flash | {f"GPIO{n}" for n in range(33, 38)}
     assert {name for name in chip.pin if chip.pin[name].taken_in("octal")} == octal
     assert {name for name in chip.pin if chip.pin[name].taken_in("octal-1v8")} == octal | {"GPIO47", "GPIO48"}

@@ -229,7 +229,14 @@ def test_memory_that_takes_pins_is_noticed(build: Path) -> None:
         check_chip(chip_with(psram_mb=8, psram_1v8=True), octal, regions, PARTITIONS)
     assert check_chip(chip_with(psram_mb=8), octal, regions, PARTITIONS) == []
     assert check_chip(chip_with(psram_mb=2), quad, regions, PARTITIONS) == []
+    bare = quad.model_copy(update={"memory": quad.memory.model_copy(update={"mode": "flash", "psram_mb": (0,)})})
+    assert check_chip(chip_with(), bare, regions, PARTITIONS) == []
+    for psram_mb in (2, 8):
+        with pytest.raises(FlashError, match="this module has PSRAM"):
+            check_chip(chip_with(psram_mb=psram_mb), bare, regions, PARTITIONS)
     assert "more pins" in check_chip(chip_with(), octal, regions, PARTITIONS)[0]
+    gantry = load_board("esp32s3-devkitc-gantry")  # there is no such board for quad memory
+    assert "-quad" not in "".join(check_chip(chip_with(), gantry, regions, PARTITIONS))
     with pytest.raises(FlashError, match="2 MB of flash"):
         check_chip(chip_with(flash_mb=2), octal, regions, PARTITIONS)
 

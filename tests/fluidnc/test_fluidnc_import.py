@@ -140,6 +140,15 @@ def test_two_motors_with_one_switch_are_taken(tmp_path: Path, first: str, second
     assert any("one switch for both motors" in remark.why for remark in imported.remarks.of(Kind.CHANGED))
 
 
+def test_two_motors_with_a_switch_at_an_end_each_have_one_for_both(tmp_path: Path) -> None:
+    """Homing finds one of them only, so it is the axis', and so is the other one at the far end."""
+    imported = gantry_with(tmp_path, "limit_neg_pin: gpio.36:low\n", "limit_pos_pin: gpio.39:low\n")
+    y = imported.board["axis"]["y"]
+    assert (y["limit_min"]["pin"], y["limit_max"]["pin"]) == ("GPIO36", "GPIO39")
+    assert not {name for name in y["second"] if name.startswith("limit")} and imported.refused == []
+    assert any("one switch for both motors" in remark.why for remark in imported.remarks.of(Kind.CHANGED))
+
+
 def test_the_pull_off_of_a_second_motor_is_its_own(tmp_path: Path) -> None:
     imported = gantry_with(tmp_path, "limit_neg_pin: gpio.36:low\n", "pulloff_mm: 2.5\n")
     assert imported.machine["axis"]["y"]["second"] == {"pull_off_mm": 2.5}
@@ -227,6 +236,15 @@ def test_what_the_rules_refuse_is_left_out_with_their_words(tmp_path: Path) -> N
 def test_an_output_on_gpio34_means_an_s3(tmp_path: Path) -> None:
     assert converted(tmp_path, AXIS_X + "coolant:\n  flood_pin: gpio.35\n").board["chip"] == "esp32s3"
     assert converted(tmp_path, AXIS_X + "probe:\n  pin: gpio.35\n").board["chip"] == "esp32"
+
+
+def test_the_pin_of_a_psram_means_a_module_without_one(tmp_path: Path) -> None:
+    """GPIO26 of an ESP32-S3; on the classic ESP32 it is any pin."""
+    imported = converted(tmp_path, "axes:\n" + axis("x", 4, 26), "esp32s3")
+    assert imported.board["memory"] == {"mode": "flash", "flash_mb": [4, 8, 16], "psram_mb": [0]}
+    assert "GPIO26" in changed(imported)["memory.mode"] and imported.refused == []
+    assert converted(tmp_path, "axes:\n" + axis("x", 4, 5), "esp32s3").board["memory"]["mode"] == "quad"
+    assert "memory.mode" not in changed(converted(tmp_path, AXIS_X, "esp32"))
 
 
 def test_shift_registers_of_an_s3_have_pulses_that_its_spi_can_make(tmp_path: Path) -> None:

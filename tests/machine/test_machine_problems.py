@@ -85,6 +85,11 @@ def problems(folder: Path, text: str) -> list[str]:
         ),
         (HEAD + "[homing]\nfeed_mm_min = 900\nseek_mm_min = 800\n", "8: homing.feed_mm_min", "faster than the search"),
         (HEAD + TRAVEL + "[homing]\npull_off_mm = 300\n", "9: homing.pull_off_mm", "only 300 mm of travel"),
+        (
+            HEAD + TRAVEL + "[axis.x.second]\npull_off_mm = 300\n",
+            "9: axis.x.second.pull_off_mm",
+            "only 300 mm of travel",
+        ),
         (HEAD + "[spindle]\nmin_rpm = 5000\nmax_rpm = 5000\n", "8: spindle.min_rpm", "below max_rpm (5000)"),
     ],
 )
@@ -101,6 +106,7 @@ def test_each_rule_alone(tmp_path: Path, text: str, where: str, reason: str) -> 
         HEAD.replace("= 80", "= 500") + "[stepper]\nstep_pulse_us = 10\n",  # exactly 50000 steps/s
         HEAD + "[homing]\nfeed_mm_min = 800\nseek_mm_min = 800\n",
         HEAD + TRAVEL + "[homing]\npull_off_mm = 299\n",
+        HEAD + TRAVEL + "[axis.x.second]\npull_off_mm = 299\n",
         HEAD + "[spindle]\nmin_rpm = 4999\nmax_rpm = 5000\n",
         HEAD + "[spindle]\nmin_rpm = 4999\n",
     ],

@@ -204,6 +204,24 @@ def test_a_gantry_fits_a_board(tmp_path: Path, board_id: str, second: str, why: 
         check_fit(board, machine)
 
 
+@pytest.mark.parametrize(
+    ("board_id", "pulse_us", "why"),
+    [
+        ("mks-tinybee", 32, None),
+        ("mks-tinybee", 33, "make step pulses of 32 us at most, not 33"),
+        ("esp32s3-devkitc-shift", 33, None),  # its SPI makes any
+        ("esp32-wroom32", 33, None),
+    ],
+)
+def test_a_step_pulse_fits_a_board(tmp_path: Path, board_id: str, pulse_us: int, why: str | None) -> None:
+    machine, board = load(tmp_path, SMALL + f"[stepper]\nstep_pulse_us = {pulse_us}\n"), load_board(board_id)
+    if why is None:
+        check_fit(board, machine)
+        return
+    with pytest.raises(UserError, match=why):
+        check_fit(board, machine)
+
+
 def test_travel_and_axis_count(tmp_path: Path) -> None:
     machine = load(tmp_path, FULL)
     assert machine.travel_mm == (300.0, None, 80.0, None, None, None)

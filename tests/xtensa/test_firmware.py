@@ -86,13 +86,27 @@ def test_the_step_interrupt_keeps_its_budget(tools: Toolchain, chip: str) -> Non
     assert not over
 
 
-@pytest.mark.parametrize("engine", ["gpio", "rmt"])
-def test_a_second_motor_costs_the_step_interrupt_nothing(tools: Toolchain, engine: str) -> None:
-    """Three axes of the ESP32-S3 with and without a second motor: not an instruction more."""
+def without_second(board: Board) -> Board:
+    y = board.axis.wired()["y"].model_copy(update={"second": None})
+    return board.model_copy(update={"axis": board.axis.model_copy(update={"y": y})})
+
+
+@pytest.mark.parametrize(
+    ("engine", "board_id"),
+    [
+        ("gpio", "esp32s3-devkitc-gantry"),
+        ("rmt", "esp32s3-devkitc-gantry"),
+        ("i2s", "mks-tinybee-gantry"),
+        pytest.param("spi", "esp32s3-devkitc-shift", marks=pytest.mark.slow),
+    ],
+)
+def test_a_second_motor_costs_the_step_interrupt_nothing(tools: Toolchain, engine: str, board_id: str) -> None:
+    """The same board with and without it: not an instruction more."""
+    gantry = load_board(board_id)
+    assert gantry.ganged_axes == 1 << 1
     found = []
-    for name in ("esp32s3-zero", "esp32s3-devkitc-gantry"):
-        output = ROOT / "build" / "xtensa" / "small" / "esp32s3" / f"{name}-{engine}"
-        board = load_board(name)
+    for name, board in (("two", gantry), ("one", without_second(gantry))):
+        output = ROOT / "build" / "xtensa" / "small" / board.chip / f"{board_id}-{name}-{engine}"
         program = board_program(by_rmt(board, output) if engine == "rmt" else board, output)
         found.append(step_interrupt(program, ROOT))
     assert found[0] == found[1] and all(count > 0 for count in found[0].values())

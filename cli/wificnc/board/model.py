@@ -94,6 +94,12 @@ class Motor(Strict):
     limit_max: InputWire | None = None
     home: InputWire | None = Field(default=None, description="switch for homing; without it homing looks at a limit")
 
+    @property
+    def limit_ends(self) -> set[str]:
+        """Where its limits are: "min", "max"."""
+        ends = {"min": self.limit or self.limit_min, "max": self.limit or self.limit_max}
+        return {end for end, wire in ends.items() if wire}
+
     def has_switch(self, *, at_home: bool) -> bool:
         """Something that homing can look at. @param at_home  the axis homes to a home switch"""
         wires = (self.home,) if at_home else (self.limit, self.limit_min, self.limit_max)

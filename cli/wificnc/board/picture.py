@@ -47,7 +47,9 @@ SHIELD_FILL, SHIELD_EDGE = "#c9ced1", "#8f979c"
 
 PITCH, RADIUS = 25.0, 7.0
 PILL_WIDTH, PILL_HEIGHT = 148.0, 19.0
-BODY_WIDTH, LEAD, MARGIN, TAG_WIDTH = 250.0, 22.0, 28.0, 190.0
+BODY_WIDTH_MIN, LEAD, MARGIN, TAG_WIDTH = 250.0, 22.0, 28.0, 190.0
+GROUP_SIZE, GROUP_PAD, BOLD = 10.0, 14.0, 0.67  # of the names of groups; width of a bold character, in its size
+SHIELD_TOP, ONBOARD_TOP, ONBOARD_PITCH, ONBOARD_WIDTH, GAP = 44.0, 184.0, 46.0, 92.0, 6.0
 TITLE_HEIGHT, BODY_PAD, GROUP_GAP, LEGEND_PITCH = 84.0, 34.0, 34.0, 26.0
 FONT, MONO = "DejaVu Sans, Verdana, Arial, sans-serif", "DejaVu Sans Mono, Menlo, Consolas, monospace"
 UNITS_PER_INCH, POINTS_PER_UNIT, PNG_DPI, STROKE = 100.0, 0.72, 200, 0.8
@@ -117,6 +119,26 @@ class Row:
     name: str
     is_group: bool = False
 
+    @property
+    def inward(self) -> float:
+        """How far the name of a group goes from the edge of the board."""
+        return GROUP_PAD + len(self.name) * GROUP_SIZE * BOLD if self.is_group else 0.0
+
+
+@dataclass(frozen=True)
+class Body:
+    """The board itself: its left edge and its width."""
+
+    left: float
+    width: float
+
+    @property
+    def middle(self) -> float:
+        return self.left + self.width / 2
+
+    def edge(self, side: Side) -> float:
+        return self.left if side == "left" else self.left + self.width
+
 
 def save_picture(board: Board, path: Path) -> None:
     """Write the pin-out as .svg or .png.
@@ -134,17 +156,17 @@ def draw(board: Board) -> Picture:
     """Lay the pin-out out."""
     sides: dict[Side, list[Row]] = {"left": _rows(board, "left"), "right": _rows(board, "right")}
     bottom = max(row.y for rows in sides.values() for row in rows) + BODY_PAD
-    width = 2 * (MARGIN + TAG_WIDTH + PILL_WIDTH + LEAD) + BODY_WIDTH
-    left_edge = (width - BODY_WIDTH) / 2
+    body = Body(MARGIN + TAG_WIDTH + PILL_WIDTH + LEAD, _body_width(board, sides))
+    width = 2 * body.left + body.width
     legend = list(_legend(board, bottom + 44.0, width))
     height = max(shape.y for shape in legend if isinstance(shape, Text)) + 30.0
     shapes: list[Shape] = [Box(0, 0, width, height, PAPER, PAPER)]
     shapes += _title(board, width)
-    shapes += _body(board, left_edge, bottom)
+    shapes += _body(board, body, bottom)
     free = set(spare_pins(board, board.pins))
     for side, rows in sides.items():
         for row in rows:
-            shapes += _group(row, side, left_edge) if row.is_group else _pin(board, row, side, left_edge, free)
+            shapes += _group(row, side, body) if row.is_group else _pin(board, row, side, body, free)
     return Picture(width, height, (*shapes, *legend))
 
 
@@ -182,38 +204,52 @@ def _title(board: Board, width: float) -> Iterator[Shape]:
     yield Text(width / 2, 62, facts, 13, FAINT, "middle")
 
 
-def _body(board: Board, left: float, bottom: float) -> Iterator[Shape]:
-    top = TITLE_HEIGHT
-    yield Box(left, top, BODY_WIDTH, bottom - top, BOARD_FILL, BOARD_EDGE, 14)
-    middle = left + BODY_WIDTH / 2
+def _body_width(board: Board, sides: dict[Side, list[Row]]) -> float:
+    """Wide enough that the names of groups meet neither each other nor what is in the middle."""
+    low = TITLE_HEIGHT + SHIELD_TOP
+    high = TITLE_HEIGHT + ONBOARD_TOP + ONBOARD_PITCH * len(_soldered(board))
+    widths = [BODY_WIDTH_MIN]
+    for row in (*sides["left"], *sides["right"]):
+        if low - PITCH / 2 < row.y < high and row.is_group:
+            widths.append(2 * (row.inward + GAP) + ONBOARD_WIDTH)
+    opposite = {row.y: row.inward for row in sides["right"] if row.is_group}
+    widths += [row.inward + opposite[row.y] + GAP for row in sides["left"] if row.is_group and row.y in opposite]
+    return max(widths)
+
+
+def _body(board: Board, body: Body, bottom: float) -> Iterator[Shape]:
+    top, middle = TITLE_HEIGHT, body.middle
+    yield Box(body.left, top, body.width, bottom - top, BOARD_FILL, BOARD_EDGE, 14)
     if not board.header:
         yield Text(middle, bottom - 12, "wired pins only", 9.5, SILK, "middle")
         return
-    yield Box(middle - 42, top + 44, 84, 108, SHIELD_FILL, SHIELD_EDGE, 5)
+    yield Box(middle - 42, top + SHIELD_TOP, 84, 108, SHIELD_FILL, SHIELD_EDGE, 5)
     yield Text(middle, top + 92, board.pins.name, 12, INK, "middle", bold=True)
     yield Text(middle, top + 110, "seen from above", 8, FAINT, "middle")
-    yield from _onboard(board, middle, top + 184)
+    yield from _onboard(board, middle, top + ONBOARD_TOP)
+
+
+def _soldered(board: Board) -> list[Use]:
+    """What is soldered to a pin that no header carries."""
+    carried = {pin for header in board.header for pin in header.pins}
+    return [use for use in board.uses() if use.pin in board.onboard and use.pin not in carried]
 
 
 def _onboard(board: Board, x: float, y: float) -> Iterator[Shape]:
-    """What is soldered to a pin that no header carries."""
-    carried = {pin for header in board.header for pin in header.pins}
-    uses = [use for use in board.uses() if use.pin in board.onboard and use.pin not in carried]
-    for index, use in enumerate(uses):
-        top = y + 46 * index
-        yield Box(x - 46, top - 13, 92, 38, ROLE_COLOURS[use.role], ROLE_COLOURS[use.role], 6)
+    for index, use in enumerate(_soldered(board)):
+        top = y + ONBOARD_PITCH * index
+        yield Box(x - ONBOARD_WIDTH / 2, top - 13, ONBOARD_WIDTH, 38, ROLE_COLOURS[use.role], ROLE_COLOURS[use.role], 6)
         yield Text(x, top, label(use.signal), 10.5, "#ffffff", "middle", bold=True)
         yield Text(x, top + 14, use.pin, 9.5, "#ffffff", "middle", mono=True)
 
 
-def _group(row: Row, side: Side, left: float) -> Iterator[Shape]:
-    edge = left if side == "left" else left + BODY_WIDTH
-    inward = 1 if side == "left" else -1
-    yield Text(edge + 14 * inward, row.y, row.name, 10, GOLD, "start" if side == "left" else "end", bold=True)
+def _group(row: Row, side: Side, body: Body) -> Iterator[Shape]:
+    x = body.edge(side) + (GROUP_PAD if side == "left" else -GROUP_PAD)
+    yield Text(x, row.y, row.name, GROUP_SIZE, GOLD, "start" if side == "left" else "end", bold=True)
 
 
-def _pin(board: Board, row: Row, side: Side, left: float, free: set[str]) -> Iterator[Shape]:
-    edge, outward = (left, -1) if side == "left" else (left + BODY_WIDTH, 1)
+def _pin(board: Board, row: Row, side: Side, body: Body, free: set[str]) -> Iterator[Shape]:
+    edge, outward = body.edge(side), -1 if side == "left" else 1
     inner: Anchor = "start" if side == "left" else "end"
     outer: Anchor = "end" if side == "left" else "start"
     yield Text(edge - 20 * outward, row.y, _silk_name(board, row.name), 11, SILK, inner, mono=True)

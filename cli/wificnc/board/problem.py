@@ -35,7 +35,7 @@ RULES = {
     "fast-path": "the step interrupt can write step and direction pins",
     "axis-order": "axes count from X on without a gap",
     "limit-kind": "an axis has one limit line, or one for each end",
-    "second-switch": "a second motor has a limit, or a home switch, only where the first one has it, too",
+    "second-switch": "a second motor has a limit or a home switch only where the first one has one, at the same end",
     "second-motor": "the firmware has pulses and inputs for the motors: six, second ones included",
     "charge-pump": "the chip's timer makes the frequency of the charge pump",
     "servo": "the firmware has an output for the RC servo",

@@ -204,6 +204,10 @@ def _second_switch(board: BoardFile, chip: Chip) -> Iterator[Finding]:
                 reason = f"has a {kind}, but the first motor has none, so homing would not look at it"
                 hint = f"wire the {kind} of the first motor; a gantry with one switch has it there"
                 yield Finding("second-switch", ("axis", letter, "second"), reason, hint)
+        if axis.limit_ends and axis.second.limit_ends and not axis.limit_ends & axis.second.limit_ends:
+            reason = "has its limit at the other end than the first motor, so homing would not find both"
+            hint = "a gantry is squared at one end: wire the limits of both motors there"
+            yield Finding("second-switch", ("axis", letter, "second"), reason, hint)
 
 
 def _second_motor(board: BoardFile, chip: Chip) -> Iterator[Finding]:

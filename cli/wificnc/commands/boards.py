@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from textwrap import wrap
 from typing import Any
 
 import rich_click as click
@@ -26,6 +27,9 @@ from wificnc.fluidnc.remarks import Kind
 from wificnc.machine import check_machine
 from wificnc.output import write_output
 
+COLUMNS = ("board", "axes", "steps/s", "network")  # in one line, so that an id can be copied
+WIDE_LIST = 110  # characters of a terminal that leave enough for a column of what boards are for
+
 
 @click.group()
 def command() -> None:
@@ -40,13 +44,23 @@ def list_boards(as_json: bool) -> None:
     if as_json:
         ui.emit_json([_summary(board) for board in boards])
         return
-    whole = [Column(name, no_wrap=True) for name in ("board", "axes", "steps/s", "network")]  # an id can be copied
-    table = Table(*whole, "what for", box=None, pad_edge=False)
-    for board in boards:
-        network = " + ".join(_networks(board))
-        rate = f"{board.timing.max_step_rate_hz // 1000} k"
-        table.add_row(f"[bold]{board.id}[/]", board.axes_text, rate, network, escape(board.summary))
-    ui.data.print(table)
+    if ui.data.width >= WIDE_LIST:
+        table = Table(*(Column(name, no_wrap=True) for name in COLUMNS), "what for", box=None, pad_edge=False)
+        for board in boards:
+            table.add_row(*_columns(board), escape(board.summary))
+        ui.data.print(table)
+        return
+    rows = [COLUMNS, *map(_columns, boards)]
+    widths = [max(map(len, cells)) for cells in zip(*rows, strict=True)]
+    for row, summary in zip(rows, ("what for", *(board.summary for board in boards)), strict=True):
+        ui.data.print("  ".join(map(str.ljust, row, widths)).rstrip(), style="bold")
+        for line in wrap(summary, ui.data.width, initial_indent="    ", subsequent_indent="    "):
+            ui.data.print(escape(line))
+
+
+def _columns(board: Board) -> tuple[str, ...]:
+    rate = f"{board.timing.max_step_rate_hz // 1000} k"
+    return board.id, board.axes_text, rate, " + ".join(_networks(board))
 
 
 @command.command("show")

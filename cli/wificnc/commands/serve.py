@@ -23,6 +23,7 @@ from wificnc.serve.options import (
     DEFAULT_TCP,
     Address,
     ServeOptions,
+    end_switches,
     parse_address,
     parse_host_name,
     parse_speed,
@@ -101,7 +102,6 @@ def command(
     """
     the_board, profile = load_board(board), load_machine(machine) if machine else None
     check_axes(the_board, profile)
-    settings = (*_of_profile(profile, store), *(parse_setting(line) for line in lines))
     page = parse_address(http, "--http", DEFAULT_HTTP_PORT) if http else None
     options = ServeOptions(
         board=the_board,
@@ -114,7 +114,8 @@ def command(
         key=key,
         control=control,
         speed=parse_speed(speed),
-        settings=settings,
+        settings=(*_of_profile(profile, store), *map(parse_setting, lines)),
+        hands=tuple(end_switches(profile)) if profile else (),
         store=store,
     )
     _run(_with_key(options, is_open), speed)

@@ -8,6 +8,7 @@ import struct
 from dataclasses import dataclass
 from pathlib import Path
 
+from wificnc.board.load import find_boards
 from wificnc.board.model import Board
 from wificnc.errors import FlashError
 
@@ -161,13 +162,16 @@ def check_chip(chip: Chip, board: Board, regions: list[Region], partitions: dict
 
 
 def _check_memory(chip: Chip, board: Board) -> list[str]:
-    """Octal memory takes pins that a board for quad memory may use."""
+    """Memory takes pins that a board for less of it may use."""
     octal = chip.psram_mb >= OCTAL_PSRAM_MB
     if chip.psram_1v8 and board.memory.mode != "octal-1v8":
         raise FlashError(f"this module's memory runs at 1.8 V, and so do its GPIO47 and 48: not a board {board.id}")
+    if chip.psram_mb and board.memory.mode == "flash":
+        raise FlashError(f"this module has PSRAM, which takes pins; {board.id} is for a module without one")
     if octal and board.memory.mode == "quad":
         hint = "wificnc flash esp32s3-devkitc" if board.id == "esp32s3-devkitc-quad" else None
         raise FlashError(f"this module has octal PSRAM, which takes GPIO33 to 37; {board.id} is for quad memory", hint)
-    if not octal and board.memory.mode == "octal":
-        return [f"no octal PSRAM in this module: {board.id}-quad would give you more pins"]
+    other = f"{board.id}-quad"
+    if not octal and board.memory.mode == "octal" and other in {path.stem for path in find_boards()}:
+        return [f"no octal PSRAM in this module: {other} would give you more pins"]
     return []

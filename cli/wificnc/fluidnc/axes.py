@@ -171,11 +171,12 @@ def _compare_directions(facts: AxisFacts) -> None:
 
 
 def _compare_switches(facts: AxisFacts, part: Section, remarks: Remarks) -> None:
-    """Of two motors only one has a switch: both stop at it, and here it is the first one's."""
+    """Of two motors only one has a switch, or each at another end: both stop at it, and here it is the first one's."""
     if len(facts.motors) != 2:
         return
     first, second = ({name for name in motor if name.startswith("limit")} for motor in facts.motors)
-    if bool(first) == bool(second):
+    opposite = {*first, *second} == {"limit_min", "limit_max"} and len(first) == len(second) == 1
+    if bool(first) == bool(second) and not opposite:
         return
     for name in second:
         facts.motors[0][name] = facts.motors[1].pop(name)

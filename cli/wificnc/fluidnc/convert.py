@@ -33,6 +33,8 @@ _MEMORY = {
     "esp32": {"mode": "flash", "flash_mb": [4, 8, 16], "psram_mb": [0]},
     "esp32s3": {"mode": "quad", "flash_mb": [4, 8, 16], "psram_mb": [0, 2]},
 }
+_S3_PSRAM_PIN = "GPIO26"  # of a quad PSRAM
+_S3_BARE = {"mode": "flash", "flash_mb": [4, 8, 16], "psram_mb": [0]}
 _NOT_HERE = {
     "sdcard": "no SD card: programs come over USB, the network or from the page",
     "oled": "no display; the page and the status light show the state",
@@ -95,7 +97,7 @@ def import_fluidnc(path: Path, chip: str | None = None) -> Imported:
     outputs |= spindles.outputs
     board = _board_data(path, root, axes, outputs, inputs, remarks)
     board["chip"] = chip or _chip_of(board)
-    board["memory"] = dict(_MEMORY[board["chip"]])
+    board["memory"] = _memory_of(board, remarks)
     board["timing"] = _timing(
         root.section("stepping"), board.get("step", {}).get("engine", "gpio"), _chip(board), remarks
     )
@@ -189,6 +191,14 @@ def _rate_hz(engine: str) -> int:
 def _chip_of(board: dict[str, Any]) -> str:
     pins, driven = set(_pins(board)), set(_pins({**board, "input": {}}, outputs=True))
     return "esp32s3" if pins & _S3_ONLY or driven & _S3_OUTPUTS else "esp32"
+
+
+def _memory_of(board: dict[str, Any], remarks: Remarks) -> dict[str, Any]:
+    if board["chip"] != "esp32s3" or _S3_PSRAM_PIN not in _pins(board):
+        return dict(_MEMORY[board["chip"]])
+    why = f"{_S3_PSRAM_PIN} is the chip select of a PSRAM where a module has one: this board has none"
+    remarks.changed("memory.mode", 0, why)
+    return dict(_S3_BARE)
 
 
 def _pins(part: Any, outputs: bool = False) -> list[str]:

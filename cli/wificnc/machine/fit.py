@@ -1,19 +1,28 @@
-"""Whether a machine fits a board: its axes, and the second motors of a gantry."""
+"""Whether a machine fits a board: its axes, its step pulse, and the second motors of a gantry."""
 
 from __future__ import annotations
 
 from wificnc.board.model import AXES_MAX, Board
+from wificnc.board.shift_registers import GRIDS_MAX, step_grid_ns
 from wificnc.errors import UserError
 from wificnc.machine.model import Machine, Second
 from wificnc.protocol import AXES
 
+NS_PER_US = 1_000
+
 
 def check_fit(board: Board, machine: Machine) -> None:
-    """The board has the axes, and every second motor has a driver. Raises UserError."""
+    """The board has the axes and makes the pulse, and every second motor has a driver. Raises UserError."""
     if machine.axis_count > len(board.axes):
         raise UserError(
             f"machine {machine.name} needs {machine.axis_count} axes, board {board.id} has {len(board.axes)}",
             hint="`wificnc boards list` shows the axes of every board",
+        )
+    pulse_us, most_us = machine.stepper.step_pulse_us, GRIDS_MAX * step_grid_ns(board) // NS_PER_US
+    if pulse_us and most_us and pulse_us > most_us:
+        raise UserError(
+            f"the shift registers of board {board.id} make step pulses of {most_us} us at most, not {pulse_us}",
+            hint="a shorter [stepper] step_pulse_us; drivers need 1 to 5 us",
         )
     for index, second in machine.second_motors():
         misfit = _misfit(board, index, second)

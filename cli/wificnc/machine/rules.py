@@ -103,6 +103,14 @@ def pull_off_fits(machine: Machine) -> Iterator[Finding]:
             ("homing", "pull_off_mm"),
             f"backs off {pull_off:g} mm, but an axis has only {min(travels):g} mm of travel",
         )
+    for index, second in machine.second_motors():
+        travel, own = machine.travel_mm[index], second.pull_off_mm
+        if travel and own and own >= travel:
+            yield Finding(
+                "pull-off",
+                ("axis", AXES[index].lower(), "second", "pull_off_mm"),
+                f"backs off {own:g} mm, but the axis has only {travel:g} mm of travel",
+            )
 
 
 def pwm_range(machine: Machine) -> Iterator[Finding]:

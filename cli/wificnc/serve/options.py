@@ -14,11 +14,15 @@ from wificnc.board.rules import step_spread_ns
 from wificnc.board.shift_registers import step_grid_ns
 from wificnc.errors import UserError
 from wificnc.link.port import DEFAULT_PORT
+from wificnc.machine import Machine
+from wificnc.protocol import AXES
 from wificnc.sim.native import Tasks
 
 DEFAULT_HTTP_PORT = 8080
 DEFAULT_TCP = f"127.0.0.1:{DEFAULT_PORT}"
 MAX_SPEED = 1e6
+LINEAR = "xyz"
+FROM_END_MM = 10.0  # of the tool at power-on
 LABEL = "[A-Za-z0-9]([A-Za-z0-9-]{0,61}[A-Za-z0-9])?"
 HOST_NAME = re.compile(rf"(?=.{{1,63}}$){LABEL}(\.{LABEL})*")  # NAME_MAX_SIZE of targets/net/net_http_request.c
 
@@ -57,6 +61,7 @@ class ServeOptions:
     control: int | None = None  # port of this computer for the hands at the virtual machine; 0: any free one
     speed: float = 1.0
     settings: tuple[str, ...] = ()
+    hands: tuple[str, ...] = ()  # what is done at the virtual machine first, in the words of targets/pc/hands.h
     store: Path | None = None  # keeps settings, offsets and startup lines
 
 
@@ -150,6 +155,22 @@ def device_text(board: Board) -> str:
     return f"{pins};{int(board.is_estop_high)},{board.encoder_filter_ns},{board.spi_host_number}"
 
 
+def end_switches(machine: Machine) -> list[str]:
+    """A limit switch at both ends of X, Y and Z, in the words of targets/pc/hands.h. The machine is switched
+    on with its tool above the corner from which X and Y count up."""
+    if machine.kinematics.type not in (None, "cartesian"):  # its motors have no ends of their own
+        return []
+    lines = []
+    for index, travel in enumerate(machine.travel_mm):
+        letter = AXES[index].lower()
+        if travel is None or letter not in LINEAR:
+            continue
+        near = min(FROM_END_MM, travel / 2)
+        low, high = (near - travel, near) if letter == "z" else (-near, travel - near)
+        lines.append(f"travel {letter} {low:g} {high:g}")
+    return lines
+
+
 def program_arguments(options: ServeOptions) -> list[str]:
     """Arguments of the C program (targets/pc/main.c)."""
     pairs: Sequence[tuple[str, object]] = (
@@ -164,6 +185,7 @@ def program_arguments(options: ServeOptions) -> list[str]:
         *([("--pty", options.pty)] if options.pty else []),
         *([("--store", options.store)] if options.store else []),
         *(("--set", line) for line in options.settings),
+        *(("--hands", line) for line in options.hands),
     )
     flags = ["--parent", *(["--io-module"] if options.io_module else [])]
     return [*flags, *(str(word) for pair in pairs for word in pair)]

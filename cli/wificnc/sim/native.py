@@ -35,12 +35,17 @@ AXIS_COUNT = len(AXES)
 DEVICE_PINS = 37  # core/device/device_gen.h
 
 
+class DeviceWiring(Structure):
+    """struct device_wiring"""
+
+    _fields_ = (("pin", c_uint8 * DEVICE_PINS), ("estop_high", c_uint8))
+
+
 class DeviceBoard(Structure):
     """struct device_board"""
 
     _fields_ = (
-        ("pin", c_uint8 * DEVICE_PINS),
-        ("estop_high", c_uint8),
+        ("wiring", DeviceWiring),
         ("legal", c_uint64 * DEVICE_PINS),
         ("encoder_filter_ns", c_uint16),
         ("ethernet_host", c_uint8),
