@@ -31,6 +31,7 @@ enum {
     MEMORIES = 12,
     BLOCKS = 12,
     SOURCES = 128, /* of interrupts */
+    ROM_DEPTH = 8,
 };
 
 /* PS */
@@ -133,6 +134,12 @@ struct gpio {
     uint32_t status[2], pin[ES_PINS], routed[ES_PINS], input[256];
 };
 
+/* A function of the boot ROM that works. @param left  cycles */
+struct rom_work {
+    uint32_t address, stack;
+    uint64_t left;
+};
+
 struct symbol {
     uint32_t address, size;
     char *name;
@@ -163,6 +170,9 @@ struct esp {
     bool record_edges;
     struct es_edge *edges;
     size_t edge_count, edge_room;
+
+    struct rom_work rom_work[ROM_DEPTH];
+    unsigned rom_depth;
 
     struct symbol *symbols;
     size_t symbol_count, symbol_room;

@@ -121,6 +121,7 @@ void cpu_reset(struct esp *esp) {
     cpu->vecbase = 0x40000000u;
     cpu->atomctl = 0x28;
     cpu->ccount_from = (uint32_t)(0 - esp->cycles);
+    esp->rom_depth = 0;
     for (unsigned level = 0; level < LEVELS; level++)
         esp->began[level] = NEVER;
     for (unsigned timer = 0; timer < TIMERS; timer++)

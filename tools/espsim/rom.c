@@ -128,33 +128,71 @@ static uint32_t rom_length(struct esp *esp, uint32_t text, uint32_t most) {
 #define RETURN_FLOAT(value)  put_float(esp, value)
 
 #define ROM(name, on_esp32, on_s3, cost, ...)                                                                \
+    static uint64_t cost_##name(const struct esp *esp) {                                                     \
+        (void)esp;                                                                                           \
+        return (cost);                                                                                       \
+    }                                                                                                        \
     static void call_##name(struct esp *esp) {                                                               \
-        esp->cycles += (cost);                                                                               \
+        (void)esp;                                                                                           \
         __VA_ARGS__;                                                                                         \
     }
 #include "rom.def"
 #undef ROM
 
-static const struct {
+struct function {
     uint32_t address[2];
+    uint64_t (*cost)(const struct esp *);
     void (*call)(struct esp *);
-} functions[] = {
-#define ROM(name, on_esp32, on_s3, cost, ...) {{on_esp32, on_s3}, call_##name},
+};
+
+static const struct function functions[] = {
+#define ROM(name, on_esp32, on_s3, cost, ...) {{on_esp32, on_s3}, cost_##name, call_##name},
 #include "rom.def"
 #undef ROM
 };
 
+static const struct function *function_at(const struct esp *esp, uint32_t address) {
+    for (size_t i = 0; i < sizeof functions / sizeof functions[0]; i++)
+        if (functions[i].address[esp->chip] == address)
+            return &functions[i];
+    return NULL;
+}
+
+/* The newest call, when it is this one: an interrupt may have come in the middle of it, and called others. */
+static struct rom_work *work_of(struct esp *esp, const struct function *function) {
+    struct rom_work *newest = &esp->rom_work[esp->rom_depth - 1];
+    const uint32_t stack = esp->cpu.a[1];
+    if (esp->rom_depth != 0 && newest->address == esp->cpu.pc && newest->stack == stack)
+        return newest;
+    if (esp->rom_depth == ROM_DEPTH) {
+        chip_fault(esp, "functions of the boot ROM have interrupted each other %d deep", ROM_DEPTH);
+        return NULL;
+    }
+    newest = &esp->rom_work[esp->rom_depth++];
+    *newest = (struct rom_work){.address = esp->cpu.pc, .stack = stack, .left = function->cost(esp)};
+    return newest;
+}
+
 void rom_call(struct esp *esp) {
     struct cpu *cpu = &esp->cpu;
     const uint32_t back = cpu->a[first_register(esp)];
+    const struct function *function = function_at(esp, cpu->pc);
     char text[96];
-    for (size_t i = 0; i < sizeof functions / sizeof functions[0]; i++) {
-        if (functions[i].address[esp->chip] != cpu->pc)
-            continue;
-        cpu->next = (back & 0x3FFFFFFFu) | (cpu->pc & 0xC0000000u);
-        functions[i].call(esp);
+    if (function == NULL) {
+        chip_fault(esp, "the boot ROM's function at %08x, called before %s, is not emulated", cpu->pc,
+                   chip_place(esp, (back & 0x3FFFFFFFu) | 0x40000000u, text));
         return;
     }
-    chip_fault(esp, "the boot ROM's function at %08x, called before %s, is not emulated", cpu->pc,
-               chip_place(esp, (back & 0x3FFFFFFFu) | 0x40000000u, text));
+    struct rom_work *work = work_of(esp, function);
+    if (work == NULL)
+        return;
+    const uint64_t room = esp->limit > esp->cycles ? esp->limit - esp->cycles : 0;
+    const uint64_t spent = work->left < room ? work->left : room;
+    esp->cycles += spent;
+    work->left -= spent;
+    if (work->left != 0)
+        return;
+    esp->rom_depth--;
+    cpu->next = (back & 0x3FFFFFFFu) | (cpu->pc & 0xC0000000u);
+    function->call(esp);
 }
