@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * ESP-IDF's functions that the step engine calls, on the ESP32's registers; and a HAL without inputs and outputs. */
+ * ESP-IDF's functions that the step engine calls, on the ESP32's registers; and a HAL without inputs and
+ * outputs. */
 #include "bare.h"
 #include "hal/step_vector.h"
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
- * A program without an operating system: our core, the ESP32's step engine, and a loop in place of both tasks: the
- * motion side every ms as in the firmware, the task side as often as the test wants. The test writes the job and the
- * period before it starts, and reads `done`. */
+ * A program without an operating system: our core, the ESP32's step engine, and a loop in place of both
+ * tasks: the motion side every ms as in the firmware, the task side as often as the test wants. The test
+ * writes the job and the period before it starts, and reads `done`. */
 #include "app/board.h"
 #include "bare.h"
 #include "input/rx.h"

@@ -8,8 +8,8 @@
 
 enum { FRACTION_BITS = 52, BIAS = 1023, EXPONENT_MAX = 0x7FF };
 
-/* A quotient or root of doubles, rounded again, is the float's: 53 >= 2 * 24 + 2. volatile: clang knows that, too, and
- * would call the float's function. */
+/* A quotient or root of doubles, rounded again, is the float's: 53 >= 2 * 24 + 2. volatile: clang knows that,
+ * too, and would call the float's function. */
 float __divsf3(float a, float b) {
     const volatile double quotient = (double)a / (double)b;
     return (float)quotient;
@@ -29,8 +29,8 @@ int __fpclassifyd(double x) {
     return exponent != 0 ? FP_NORMAL : fraction ? FP_SUBNORMAL : FP_ZERO;
 }
 
-/* x = f * 2^e; of f * 2 (e odd) or f * 4, times 2^106, the root has 54 bits, and the last one rounds: it is never
- * just between two doubles. x is normal, or 0. */
+/* x = f * 2^e; of f * 2 (e odd) or f * 4, times 2^106, the root has 54 bits, and the last one rounds: it is
+ * never just between two doubles. x is normal, or 0. */
 double sqrt(double x) {
     int exponent;
     if (x == 0 || !(x > 0))
