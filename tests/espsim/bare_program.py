@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import xtensa_code as c
 from espsim import bare
-from espsim.virtual import CPU_HZ, Cpu, Level, VirtualChip
+from espsim.virtual import CPU_HZ, Chip, Cpu, Level, VirtualChip
 from numpy.typing import NDArray
 from wificnc.board.load import load_board
 from wificnc.board.model import Board
@@ -15,7 +15,7 @@ from xtensa.toolchain import Toolchain
 
 ROOT = Path(__file__).resolve().parents[2]
 HERE = Path(__file__).parent / "bare"
-BOARD = "esp32-wroom32"
+BOARDS = {Chip.ESP32: "esp32-wroom32", Chip.ESP32S3: "esp32s3-devkitc"}
 REAL = (
     *("targets/chip/gang.c", "targets/chip/step_pins.c", "targets/esp32/hal/step_engine.c"),
     *("targets/esp32/hal/step_interrupt.c", "targets/esp32/hal/step_vector.S", "targets/esp32/app/board.c"),
@@ -29,10 +29,11 @@ SAME_EVENT = 100  # cycles in which edges belong to one step event
 CCOMPARE0 = 240
 
 
-def build(tools: Toolchain) -> Path:
+def build(tools: Toolchain, chip: Chip) -> Path:
     """The program. Raises RuntimeError."""
     sources = [*sorted((ROOT / "core").rglob("*.c")), *(ROOT / name for name in REAL)]
-    return bare.build(tools, ROOT, sources, sorted(HERE.glob("*.c")), ROOT / "build" / "espsim" / "bare")
+    output = ROOT / "build" / "espsim" / bare.PLACES[chip].name
+    return bare.build(tools, ROOT, chip, sources, sorted(HERE.glob("*.c")), output)
 
 
 def timer_handler() -> bytes:
@@ -47,18 +48,19 @@ def timer_handler() -> bytes:
 class Program:
     """A chip that runs a job."""
 
-    def __init__(self, chip: VirtualChip, program: Path, job: str, period_us: int) -> None:
-        self.chip, self.board = chip, load_board(BOARD)
+    def __init__(self, chip: VirtualChip, kind: Chip, program: Path, job: str, period_us: int) -> None:
+        self.chip, self.board = chip, load_board(BOARDS[kind])
+        vectors = bare.PLACES[kind].vectors
         self.step_interrupt = Level()  # after run()
         chip.load(program.read_bytes())
-        chip.write(bare.VECTORS, c.window_vectors())
+        chip.write(vectors, c.window_vectors())
         step_vector = c.wsr(0, c.EXCSAVE1 + 4)
-        step_vector += c.call0(bare.VECTORS + LEVEL5_VECTOR + 3, chip.symbol("xt_highint5"))
-        chip.write(bare.VECTORS + LEVEL5_VECTOR, step_vector)
-        chip.write(bare.VECTORS + USER_VECTOR, timer_handler())
+        step_vector += c.call0(vectors + LEVEL5_VECTOR + 3, chip.symbol("xt_highint5"))
+        chip.write(vectors + LEVEL5_VECTOR, step_vector)
+        chip.write(vectors + USER_VECTOR, timer_handler())
         loaded = chip.cpu()
-        chip.write(bare.VECTORS + START, c.wide(0, 14, 8))  # callx8 a8
-        cpu = Cpu(pc=bare.VECTORS + START, ps=PS_UM | PS_WOE, vecbase=bare.VECTORS, cpenable=1, windowstart=1)
+        chip.write(vectors + START, c.wide(0, 14, 8))  # callx8 a8
+        cpu = Cpu(pc=vectors + START, ps=PS_UM | PS_WOE, vecbase=vectors, cpenable=1, windowstart=1)
         cpu.a[1], cpu.a[8] = loaded.a[1] - STACK_BASE, loaded.pc
         chip.write(cpu.a[1] - 12, int(loaded.a[1]).to_bytes(4, "little"))  # the caller's stack: where its window goes
         chip.set_cpu(cpu)

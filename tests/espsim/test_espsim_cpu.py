@@ -358,3 +358,19 @@ def test_data_ram_holds_no_code(bench: Bench) -> None:
 def test_a_function_of_the_rom_that_is_not_there(bench: Bench) -> None:
     with pytest.raises(ChipFault, match="the boot ROM's function at 40001000"):
         bench.step(c.wide(0, 12, 4), count=2, a4=0x40001000)
+
+
+# ---- stops ----
+
+
+def test_a_stop_comes_each_time_and_changes_nothing(bench: Bench) -> None:
+    """Of an instruction that was executed before, too."""
+    body = c.addi(3, 3, 1) + c.addi(4, 4, 1)
+    code = body + c.jump(-len(body))
+    bench.begin(code)
+    bench.chip.run(9)
+    bench.chip.stop_at(bench.code + 3)
+    for times in range(4, 8):
+        assert bench.chip.run(100) == Stop.PLACE
+        cpu = bench.chip.cpu()
+        assert (cpu.pc, cpu.a[3], cpu.a[4]) == (bench.code + 3, times, times - 1)

@@ -5,12 +5,13 @@ Here and not in tests/espsim, as it links the objects that this folder's tests c
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
-from bare_program import BOARD, Program, build
-from espsim.virtual import CPU_HZ, VirtualChip
+from bare_program import BOARDS, Program, build
+from espsim.virtual import CPU_HZ, Chip, VirtualChip
 from numpy.typing import NDArray
 from wificnc.sim.run import SimOptions, simulate
 from xtensa import windows
@@ -31,33 +32,41 @@ LINES = {
 ARCS = "G2X10Y0I5J0F1500\nG3X0Y0I-5J0\nG18G2X5Z5I5K0"
 
 
-@pytest.fixture(scope="module")
-def program() -> Path:
+@dataclass(frozen=True)
+class Built:
+    """The program for a chip."""
+
+    kind: Chip
+    path: Path
+
+
+@pytest.fixture(scope="module", params=list(Chip), ids=["esp32", "esp32s3"])
+def program(request: pytest.FixtureRequest) -> Built:
     try:
         tools: Toolchain = find_toolchain()
     except NoToolchainError as err:
         pytest.skip(str(err))
     if said := windows.missing(tools):
         pytest.skip(said)
-    return build(tools)
+    return Built(request.param, build(tools, request.param))
 
 
-def pc_trace(folder: Path, lines: str) -> NDArray[np.int64]:
+def pc_trace(folder: Path, program: Built, lines: str) -> NDArray[np.int64]:
     """(ns, step mask, direction mask) of the PC's simulation of the same board."""
     job, trace = folder / "job.nc", folder / "trace.csv"
     job.write_text(lines + "\n")
-    simulate(SimOptions(file=job, board=BOARD, settings=SETTINGS, trace=trace))
+    simulate(SimOptions(file=job, board=BOARDS[program.kind], settings=SETTINGS, trace=trace))
     return np.loadtxt(trace, delimiter=",", skiprows=1, dtype=np.int64, ndmin=2)
 
 
-def chip_run(program: Path, lines: str, period_us: int) -> tuple[NDArray[np.int64], Program, VirtualChip]:
+def chip_run(program: Built, lines: str, period_us: int) -> tuple[NDArray[np.int64], Program]:
     """(cycle, step mask, direction mask)."""
-    with VirtualChip() as chip:
-        running = Program(chip, program, "\n".join((*SETTINGS, lines)) + "\n", period_us)
+    with VirtualChip(program.kind) as chip:
+        running = Program(chip, program.kind, program.path, "\n".join((*SETTINGS, lines)) + "\n", period_us)
         running.run(30)
         assert running.answers().count("ok") == len(SETTINGS) + len(lines.split("\n"))
         assert "error" not in running.answers() and "ALARM" not in running.answers()
-        return running.steps(), running, chip
+        return running.steps(), running
 
 
 def same_events(pc: NDArray[np.int64], chip: NDArray[np.int64]) -> None:
@@ -75,26 +84,26 @@ def lateness_ns(pc: NDArray[np.int64], chip: NDArray[np.int64]) -> NDArray[np.fl
 
 
 @pytest.mark.parametrize("lines", LINES.values(), ids=LINES.keys())
-def test_the_same_steps_as_the_pc_at_the_same_times(program: Path, tmp_path: Path, lines: str) -> None:
+def test_the_same_steps_as_the_pc_at_the_same_times(program: Built, tmp_path: Path, lines: str) -> None:
     """Every step and direction, each time within one tick of the step timer and the interrupt's latency."""
-    pc, (chip, _, _) = pc_trace(tmp_path, lines), chip_run(program, lines, 1000)
+    pc, (chip, _) = pc_trace(tmp_path, program, lines), chip_run(program, lines, 1000)
     same_events(pc, chip)
     assert np.abs(lateness_ns(pc, chip)).max() <= (CYCLES_PER_TICK + LATENCY_CYCLES) * NS_PER_CYCLE
 
 
 @pytest.mark.parametrize("lines", [LINES["one axis"], LINES["fast"]], ids=["one axis", "fast"])
-def test_a_task_that_comes_every_20_ms_makes_the_same_steps(program: Path, tmp_path: Path, lines: str) -> None:
+def test_a_task_that_comes_every_20_ms_makes_the_same_steps(program: Built, tmp_path: Path, lines: str) -> None:
     """A single move is published far enough ahead. Where batches end is another place, and so are the times between."""
-    pc, (chip, _, _) = pc_trace(tmp_path, lines), chip_run(program, lines, 20_000)
+    pc, (chip, _) = pc_trace(tmp_path, program, lines), chip_run(program, lines, 20_000)
     same_events(pc, chip)
     assert np.abs(lateness_ns(pc, chip)).max() <= 20_000
 
 
 @pytest.mark.parametrize("period_us", [1000, 20_000])
 @pytest.mark.parametrize("lines", [LINES["diagonal of four axes"], ARCS], ids=["diagonal", "arcs"])
-def test_no_step_is_lost_when_a_task_is_late(program: Path, tmp_path: Path, lines: str, period_us: int) -> None:
+def test_no_step_is_lost_when_a_task_is_late(program: Built, tmp_path: Path, lines: str, period_us: int) -> None:
     """Motion may brake and continue; the place where it ends is the same."""
-    pc, (chip, _, _) = pc_trace(tmp_path, lines), chip_run(program, lines, period_us)
+    pc, (chip, _) = pc_trace(tmp_path, program, lines), chip_run(program, lines, period_us)
     for axis in range(4):
         assert net_steps(chip, axis) == net_steps(pc, axis)
 
@@ -105,15 +114,17 @@ def net_steps(events: NDArray[np.int64], axis: int) -> int:
     return len(made) - 2 * backwards
 
 
-def test_the_same_run_has_the_same_bits(program: Path) -> None:
+def test_the_same_run_has_the_same_bits(program: Built) -> None:
     first, second = (chip_run(program, LINES["diagonal of four axes"], 1000)[0] for _ in range(2))
     np.testing.assert_array_equal(first, second)
 
 
-def test_pulses_and_pauses(program: Path) -> None:
+def test_pulses_and_pauses(program: Built) -> None:
     """High and low at least the board's step pulse; directions are stable before a step."""
-    with VirtualChip() as chip:
-        running = Program(chip, program, "\n".join((*SETTINGS, LINES["fast"], "G1X-5F9000")) + "\n", 1000)
+    with VirtualChip(program.kind) as chip:
+        running = Program(
+            chip, program.kind, program.path, "\n".join((*SETTINGS, LINES["fast"], "G1X-5F9000")) + "\n", 1000
+        )
         running.run(30)
         edges = chip.edges()
     board, pins = running.board, running.board.pin_names()
@@ -129,8 +140,8 @@ def test_pulses_and_pauses(program: Path) -> None:
         assert len(later) == 0 or (later[0] - turn) * NS_PER_CYCLE >= board.timing.dir_setup_ns
 
 
-def test_the_step_interrupt_has_a_budget(program: Path) -> None:
+def test_the_step_interrupt_has_a_budget(program: Built) -> None:
     """At the board's highest rate the interrupt must be done before the next event."""
-    _, running, _ = chip_run(program, LINES["fast"], 1000)
+    _, running = chip_run(program, LINES["fast"], 1000)
     assert running.step_interrupt.count > 1000
     assert running.step_interrupt.cycles / running.step_interrupt.count < CPU_HZ / running.board.timing.max_step_rate_hz

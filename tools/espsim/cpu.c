@@ -166,7 +166,7 @@ void cpu_forget(struct esp *esp, uint32_t address, size_t count) {
     for (uint64_t at = address < 2 ? 0 : address - 2u; at < (uint64_t)address + count; at++) {
         const uint32_t page = (uint32_t)(at >> PAGE_BITS) & (PAGES - 1);
         if (esp->code[page] != NULL)
-            esp->code[page][at & (PAGE - 1)].kind = OP_NONE;
+            esp->code[page][at & (PAGE - 1)] = (struct op){.kind = OP_NONE};
     }
 }
 

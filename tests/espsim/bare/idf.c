@@ -8,29 +8,40 @@
 #include "esp_private/periph_ctrl.h"
 #include "esp_rom_gpio.h"
 #include "hal/timer_ll.h"
+#include "sdkconfig.h"
 
-enum { CYCLES_PER_US = 240, LEVEL5 = 26, TIMER0 = 6, FUNC_OUT_SEL = 0x530 / 4, INVERTS = 1 << 9 };
+enum { CYCLES_PER_US = 240, LEVEL5 = 26, TIMER0 = 6, INVERTS = 1 << 9 };
 
-#define MATRIX ((volatile uint32_t *)0x3FF00104)
-#define PINS   ((volatile uint32_t *)0x3FF44000)
+/* The interrupt matrix, the source of timer 0 of group 0 (the small headers have the ESP32's for both), and
+ * the GPIO matrix. */
+#if CONFIG_IDF_TARGET_ESP32
+#define MATRIX       ((volatile uint32_t *)0x3FF00104)
+#define STEP_SOURCE  14
+#define FUNC_OUT_SEL ((volatile uint32_t *)0x3FF44530)
+#else
+#define MATRIX       ((volatile uint32_t *)0x600C2000)
+#define STEP_SOURCE  50
+#define FUNC_OUT_SEL ((volatile uint32_t *)0x60004554)
+#endif
 
 mcpwm_dev_t MCPWM0; /* in RAM: no spindle is on it */
 
 /* ---- ESP-IDF ---- */
 
 esp_err_t esp_intr_alloc(int source, int flags, intr_handler_t handler, void *arg, intr_handle_t *handle) {
+    (void)source;
     (void)flags;
     (void)handler;
     (void)arg;
     (void)handle;
-    MATRIX[source] = LEVEL5;
+    MATRIX[STEP_SOURCE] = LEVEL5;
     __asm__ volatile("wsr %0, intenable\n\trsync" ::"r"(1u << LEVEL5 | 1u << TIMER0));
     return ESP_OK;
 }
 
 void esp_rom_gpio_connect_out_signal(uint32_t gpio, uint32_t signal, bool inverted, bool enable_inverted) {
     (void)enable_inverted;
-    PINS[FUNC_OUT_SEL + gpio] = signal | (inverted ? INVERTS : 0);
+    FUNC_OUT_SEL[gpio] = signal | (inverted ? INVERTS : 0);
 }
 
 uint8_t periph_rcc_acquire_enter(periph_module_t module) {
@@ -73,7 +84,7 @@ void timer_ll_enable_intr(timg_dev_t *hw, uint32_t mask, bool enable) {
 static void output(uint8_t gpio) {
     if (gpio < 32)
         GPIO.enable_w1ts = 1u << gpio;
-    else if (gpio < 40)
+    else if (gpio < 64)
         GPIO.enable1_w1ts.val = 1u << (gpio - 32);
 }
 
