@@ -24,11 +24,44 @@ class Places:
     matrix: int
     source: int  # of timer 0 of group 0
     outputs: int  # FUNC0_OUT_SEL_CFG
+    uart: int
+    uart_source: int
+    thresholds: int  # CONF1: receiver full at 3, transmitter empty at 1, timeout on
+    timeout: int  # register, and value for 16 bits
+    timeout_value: int
 
 
 PLACES = {
-    Chip.ESP32: Places(0x40090000, 0x40080000, 0x3FF44000, 0x3FF5F000, 0x98, 0x3FF00104, 14, 0x530),
-    Chip.ESP32S3: Places(0x40380000, 0x40378000, 0x60004000, 0x6001F000, 0x70, 0x600C2000, 50, 0x554),
+    Chip.ESP32: Places(
+        0x40090000,
+        0x40080000,
+        0x3FF44000,
+        0x3FF5F000,
+        0x98,
+        0x3FF00104,
+        14,
+        0x530,
+        0x3FF40000,
+        34,
+        3 | 1 << 8 | 2 << 24 | 1 << 31,
+        0x24,
+        0,
+    ),
+    Chip.ESP32S3: Places(
+        0x40380000,
+        0x40378000,
+        0x60004000,
+        0x6001F000,
+        0x70,
+        0x600C2000,
+        50,
+        0x554,
+        0x60000000,
+        27,
+        3 | 1 << 10 | 1 << 23,
+        0x60,
+        16 << 17,
+    ),
 }
 TICK = 6  # cycles: 80 MHz / 2
 RUN, UP, LEVEL, ALARM, DIVIDE_BY_2 = 1 << 31, 1 << 30, 1 << 11, 1 << 10, 2 << 13
@@ -184,3 +217,88 @@ def test_registers_that_are_not_emulated_stop_the_chip(registers: Registers) -> 
         registers.store(registers.at.gpio, 1)
     with pytest.raises(ChipFault):
         registers.load(registers.at.gpio + 0x63C)
+
+
+# ---- UART 0 ----
+
+DIVIDER = 40  # 2 MBd: a bit is 120 cycles
+BIT = 3 * DIVIDER
+BYTE = 10 * BIT
+RX_FULL, TX_EMPTY, RX_OVERFLOW, RX_TIMEOUT, TX_DONE = 1, 2, 1 << 4, 1 << 8, 1 << 14
+
+
+def set_up_uart(registers: Registers) -> int:
+    uart = registers.at.uart
+    registers.store(uart + 0x14, DIVIDER)
+    registers.store(uart + 0x24, registers.at.thresholds)
+    if registers.at.timeout != 0x24:
+        registers.store(uart + registers.at.timeout, registers.at.timeout_value)
+    return uart
+
+
+def test_bytes_go_out_one_after_the_other(registers: Registers) -> None:
+    uart, chip = set_up_uart(registers), registers.chip
+    begin = chip.cycles + 1
+    for byte in b"abc":
+        registers.store(uart, byte)
+    registers.store(uart + 0x10, TX_EMPTY)
+    registers.wait(begin + BYTE - 1 - chip.cycles)
+    assert chip.read_serial() == b""
+    registers.wait(1)
+    assert chip.read_serial() == b"a"
+    assert registers.load(uart + 0x1C) >> 16 == 2
+    assert not registers.load(uart + 0x04) & (TX_EMPTY | TX_DONE)
+    registers.wait(begin + 3 * BYTE - chip.cycles)
+    assert chip.read_serial() == b"bc"
+    assert registers.load(uart + 0x04) & (TX_EMPTY | TX_DONE) == TX_EMPTY | TX_DONE
+
+
+def test_bytes_come_in_at_their_speed(registers: Registers) -> None:
+    uart, chip = set_up_uart(registers), registers.chip
+    chip.write_serial(b"wxyz")
+    registers.wait(2 * BYTE)
+    assert registers.load(uart + 0x1C) == 2 and not registers.load(uart + 0x04) & RX_FULL
+    registers.wait(BYTE)
+    assert registers.load(uart + 0x04) & RX_FULL
+    registers.wait(BYTE)
+    assert bytes(registers.load(uart) for _ in range(4)) == b"wxyz"
+
+
+def test_a_timeout_tells_of_few_bytes(registers: Registers) -> None:
+    """16 bits after the last byte."""
+    uart, chip = set_up_uart(registers), registers.chip
+    chip.write_serial(b"?")
+    registers.wait(BYTE + 15 * BIT)
+    assert not registers.load(uart + 0x04) & RX_TIMEOUT
+    registers.wait(BIT)
+    assert registers.load(uart + 0x04) & RX_TIMEOUT
+
+
+def test_a_full_receiver_loses_bytes_and_says_so(registers: Registers) -> None:
+    uart, chip = set_up_uart(registers), registers.chip
+    chip.write_serial(bytes(range(130)))
+    registers.wait(131 * BYTE)
+    assert registers.load(uart + 0x1C) == 128
+    assert registers.load(uart + 0x04) & RX_OVERFLOW
+    assert [registers.load(uart) for _ in range(128)] == list(range(128))
+
+
+def test_the_uart_interrupts(registers: Registers) -> None:
+    uart, at = set_up_uart(registers), registers.at
+    registers.store(at.matrix + 4 * at.uart_source, 5)
+    registers.store(uart + 0x0C, RX_FULL)
+    registers.chip.write_serial(b"123")
+    registers.wait(3 * BYTE + 2)
+    assert registers.chip.cpu().interrupt == 1 << 5
+    for _ in range(3):
+        registers.load(uart)
+    registers.store(uart + 0x10, RX_FULL)
+    assert registers.chip.cpu().interrupt == 0
+
+
+@pytest.mark.parametrize(("write", "count", "says"), [(True, 129, "its FIFO is full"), (False, 1, "its FIFO is empty")])
+def test_what_a_chip_would_lose_in_silence(registers: Registers, write: bool, count: int, says: str) -> None:
+    uart = registers.at.uart
+    with pytest.raises(ChipFault, match=says):
+        for _ in range(count):
+            registers.store(uart, 0) if write else registers.load(uart)

@@ -69,6 +69,7 @@ struct esp *es_create(enum es_chip chip) {
     gpio_create(esp);
     timers_create(esp);
     matrix_create(esp);
+    uart_create(esp);
     cpu_reset(esp);
     chip_look(esp);
     return esp;
@@ -82,6 +83,8 @@ void es_destroy(struct esp *esp) {
         free(esp->symbols[i].name);
     free(esp->symbols);
     free(esp->edges);
+    free(esp->uart.in);
+    free(esp->uart.out);
     free(esp);
 }
 
@@ -93,13 +96,14 @@ static uint64_t soonest(uint64_t a, uint64_t b) {
 
 static void events(struct esp *esp) {
     timers_event(esp);
+    uart_event(esp);
     special_timers(esp);
     esp->look = true;
 }
 
 static void look_around(struct esp *esp) {
     matrix_update(esp);
-    esp->next_event = soonest(timers_next(esp), special_next(esp));
+    esp->next_event = soonest(soonest(timers_next(esp), uart_next(esp)), special_next(esp));
     esp->look = false;
 }
 
@@ -109,12 +113,17 @@ static void sleep_until(struct esp *esp, uint64_t until) {
     esp->cycles = to;
 }
 
+/* What is due at this moment. */
+static void settle(struct esp *esp) {
+    if (esp->cycles >= esp->next_event)
+        events(esp);
+    if (esp->look)
+        look_around(esp);
+}
+
 static void work(struct esp *esp, uint64_t until) {
     while (esp->stop == ES_TIME && esp->cycles < until) {
-        if (esp->cycles >= esp->next_event)
-            events(esp);
-        if (esp->look)
-            look_around(esp);
+        settle(esp);
         const bool taken = cpu_interrupt(esp);
         if (esp->cpu.waits && !taken) {
             sleep_until(esp, until);
@@ -124,6 +133,8 @@ static void work(struct esp *esp, uint64_t until) {
         if (esp->limit > esp->cycles)
             cpu_run(esp);
     }
+    if (esp->stop != ES_FAULT)
+        settle(esp);
 }
 
 enum es_stop es_run(struct esp *esp, uint64_t until_cycle) {

@@ -10,7 +10,7 @@
  *   bus.c        addresses -> memories, registers of peripherals
  *   load.c       ELF files and images
  *   rom.c        functions of the boot ROM, done by this computer
- *   gpio.c timer.c matrix.c   the peripherals
+ *   gpio.c timer.c matrix.c uart.c   the peripherals
  *   chip.c       time */
 #ifndef WIFICNC_ESPSIM_ESP_H
 #define WIFICNC_ESPSIM_ESP_H
@@ -32,6 +32,7 @@ enum {
     BLOCKS = 12,
     SOURCES = 128, /* of interrupts */
     ROM_DEPTH = 8,
+    UART_FIFO = 128,
 };
 
 /* PS */
@@ -134,6 +135,15 @@ struct gpio {
     uint32_t status[2], pin[ES_PINS], routed[ES_PINS], input[256];
 };
 
+struct uart {
+    uint32_t divider, config0, config1, memory_config, enabled, raw;
+    uint8_t rx[UART_FIFO], tx[UART_FIFO];
+    uint32_t rx_count, tx_count;
+    uint64_t tx_at, rx_at, timeout_at; /* when a byte has gone, has come, and none has come for long */
+    uint8_t *in, *out;
+    size_t in_count, in_at, in_room, out_count, out_room;
+};
+
 /* A function of the boot ROM that works. @param left  cycles */
 struct rom_work {
     uint32_t address, stack;
@@ -164,6 +174,7 @@ struct esp {
 
     struct gpio gpio;
     struct timer_group group[2];
+    struct uart uart;
     uint8_t route[SOURCES]; /* the interrupt of a source */
     uint32_t source[SOURCES / 32];
 
@@ -247,5 +258,8 @@ void timers_event(struct esp *esp);
 void matrix_create(struct esp *esp);
 void matrix_set(struct esp *esp, unsigned source, bool active);
 void matrix_update(struct esp *esp);
+void uart_create(struct esp *esp);
+uint64_t uart_next(const struct esp *esp);
+void uart_event(struct esp *esp);
 
 #endif

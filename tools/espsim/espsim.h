@@ -85,6 +85,13 @@ void es_record_edges(struct esp *esp, bool on);
 /** Take edges, oldest first. @return how many */
 size_t es_edges(struct esp *esp, struct es_edge *out, size_t room);
 
+/* ---- UART 0 ---- */
+
+/** Bytes for the receiver, one after the other at the speed of its divider. */
+void es_uart_put(struct esp *esp, const uint8_t *bytes, size_t count);
+/** Take what the transmitter has sent. @return bytes copied */
+size_t es_uart_get(struct esp *esp, uint8_t *bytes, size_t size);
+
 /* ---- measurements ---- */
 
 /** Interrupts of a level, from the first instruction of its vector to its RFI. */

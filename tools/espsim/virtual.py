@@ -79,6 +79,8 @@ PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "es_pin_level": (c_int, (_CHIP, c_uint)),
     "es_record_edges": (None, (_CHIP, c_bool)),
     "es_edges": (c_size_t, (_CHIP, POINTER(Edge), c_size_t)),
+    "es_uart_put": (None, (_CHIP, c_char_p, c_size_t)),
+    "es_uart_get": (c_size_t, (_CHIP, c_char_p, c_size_t)),
     "es_level": (None, (_CHIP, c_uint, POINTER(Level))),
 }
 
@@ -198,6 +200,19 @@ class VirtualChip:
         while count := self._library.es_edges(self._chip, buffer, ROOM):
             found += [(edge.cycle, edge.pin, edge.level) for edge in buffer[:count]]
         return found
+
+    # ---- UART 0 ----
+
+    def write_serial(self, data: bytes) -> None:
+        """For the receiver, at the speed of its divider."""
+        self._library.es_uart_put(self._chip, data, len(data))
+
+    def read_serial(self) -> bytes:
+        """What the transmitter has sent since the last call."""
+        data, buffer = b"", ctypes.create_string_buffer(ROOM)
+        while count := self._library.es_uart_get(self._chip, buffer, ROOM):
+            data += buffer.raw[:count]
+        return data
 
     def interrupts(self, level: int) -> Level:
         """What the interrupts of a level have taken, from their vector to RFI."""
