@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
 import pytest
 import xtensa_code as c
 from espsim.virtual import Chip, ChipFault, Cpu, Stop, VirtualChip
@@ -335,6 +338,74 @@ def test_words_at_odd_addresses(bench: Bench) -> None:
     bench.chip.write(bench.data + 0xFFC, bytes(range(8)))
     cpu = bench.run(c.l32i(3, 2, 0) + c.s32i(3, 2, 8), a2=bench.data + 0xFFE)
     assert cpu.a[3] == 0x05040302 and bench.chip.read(bench.data + 0x1006, 4) == bytes((2, 3, 4, 5))
+
+
+# ---- division and root: sequences of instructions, as libgcc has them ----
+
+MADDN, DIVN = 6, 7
+CONST, NEG, DIV0, SQRT0, NEXP01, MKSADJ, MKDADJ, ADDEXP, ADDEXPM, MOV = 3, 6, 7, 9, 11, 12, 13, 14, 15, 0
+
+
+def unary(code: int, r: int, s: int) -> bytes:
+    return c.wide(0, code, s, r, 10, 15)
+
+
+def maddn(r: int, s: int, t: int) -> bytes:
+    return c.wide(0, t, s, r, 10, MADDN)
+
+
+def division() -> bytes:
+    """f0 = f1 / f2"""
+    code = unary(DIV0, 3, 2) + unary(NEXP01, 4, 2) + unary(CONST, 5, 1) + maddn(5, 4, 3) + unary(MOV, 6, 3)
+    code += unary(MOV, 7, 2) + unary(NEXP01, 2, 1) + maddn(6, 5, 3) + unary(CONST, 5, 1) + unary(CONST, 0, 0)
+    code += unary(NEG, 8, 2) + maddn(5, 4, 6) + maddn(0, 8, 3) + unary(MKDADJ, 7, 1) + maddn(6, 5, 6)
+    code += maddn(8, 4, 0) + unary(CONST, 3, 1) + maddn(3, 4, 6) + maddn(0, 8, 6) + unary(NEG, 2, 2)
+    code += maddn(6, 3, 6) + maddn(2, 4, 0) + unary(ADDEXPM, 0, 7) + unary(ADDEXP, 6, 7)
+    return code + c.wide(0, 6, 2, 0, 10, DIVN)
+
+
+def root() -> bytes:
+    """f0 = sqrt(f1)"""
+    code = unary(SQRT0, 2, 1) + unary(CONST, 3, 0) + maddn(3, 2, 2) + unary(NEXP01, 4, 1) + unary(CONST, 0, 3)
+    code += unary(ADDEXP, 4, 0) + maddn(0, 3, 4) + unary(NEXP01, 3, 1) + unary(NEG, 5, 3) + maddn(2, 0, 2)
+    code += unary(CONST, 0, 0) + maddn(0, 5, 2) + unary(NEG, 2, 6) + unary(MKSADJ, 2, 1) + unary(NEXP01, 1, 1)
+    code += maddn(1, 0, 0) + unary(NEG, 3, 6) + unary(ADDEXPM, 0, 2) + unary(ADDEXP, 3, 2)
+    return code + c.wide(0, 3, 1, 0, 10, DIVN)
+
+
+FLOATS = (1.0, 3.0, -7.25, 1e-30, 3.4e38, 1e-40, 0.1, 123456.789, 0.0, -0.0, math.inf)
+
+
+def bits(value: float) -> int:
+    return int(np.float32(value).view(np.uint32))
+
+
+@np.errstate(all="ignore")
+def test_division_is_exactly_rounded(bench: Bench) -> None:
+    for x in FLOATS:
+        for y in FLOATS:
+            bench.begin(division())
+            cpu = bench.chip.cpu()
+            cpu.f[1], cpu.f[2] = bits(x), bits(y)
+            bench.chip.set_cpu(cpu)
+            bench.chip.stop_at(bench.code + len(division()))
+            assert bench.chip.run(100) == Stop.PLACE
+            quotient = np.float32(x) / np.float32(y)
+            wanted = 0x7FC00000 if np.isnan(quotient) else bits(quotient)
+            assert bench.chip.cpu().f[0] == wanted, (x, y)
+
+
+@np.errstate(all="ignore")
+def test_a_root_is_exactly_rounded(bench: Bench) -> None:
+    for x in FLOATS:
+        bench.begin(root())
+        cpu = bench.chip.cpu()
+        cpu.f[1] = bits(x)
+        bench.chip.set_cpu(cpu)
+        bench.chip.stop_at(bench.code + len(root()))
+        assert bench.chip.run(100) == Stop.PLACE
+        wanted = 0x7FC00000 if x < 0 else bits(np.sqrt(np.float32(x)))
+        assert bench.chip.cpu().f[0] == wanted, x
 
 
 # ---- what stops the chip ----

@@ -75,6 +75,8 @@ void fpu_arithmetic(struct esp *esp, const struct op *op) {
     case MUL:
         f[op->r] = result(number(s) * number(t), 0, t, s);
         break;
+    case DIVN:
+        break; /* ADDEXPM.S has put the result there */
     case MADD:
     case MADDN:
         f[op->r] = result(fmaf(number(s), number(t), number(r)), r, t, s);
@@ -146,6 +148,20 @@ void fpu_unary(struct esp *esp, const struct op *op) {
         break;
     case NEG:
         f[op->r] = f[op->s] ^ 0x80000000u;
+        break;
+    case DIV0:
+    case SQRT0:
+    case NEXP01:
+    case ADDEXPM:
+        f[op->r] = f[op->s];
+        break;
+    case ADDEXP:
+        break;
+    case MKDADJ:
+        f[op->r] = result(number(f[op->s]) / number(f[op->r]), f[op->r], 0, f[op->s]);
+        break;
+    case MKSADJ:
+        f[op->r] = result(sqrtf(number(f[op->s])), f[op->s], 0, 0);
         break;
     case CONST:
         if (op->s < 4)
