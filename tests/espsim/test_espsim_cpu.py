@@ -179,7 +179,7 @@ def test_code_that_is_stored_is_executed(bench: Bench) -> None:
 # ---- interrupts ----
 
 TIMER0, SOFTWARE1, SOFTWARE3, TIMER2 = 1 << 6, 1 << 7, 1 << 29, 1 << 16
-INTSET, INTCLEAR, INTENABLE, CCOMPARE0 = 226, 227, 228, 240
+INTSET, INTCLEAR, CCOMPARE0 = 226, 227, 240
 
 
 def test_software_interrupts(bench: Bench) -> None:

@@ -8,9 +8,6 @@ import pytest
 import xtensa_code as c
 from espsim.virtual import Chip, ChipFault, Cpu, VirtualChip
 
-CODE, VECTORS = 0x40380000, 0x40378000
-RSIL, WAITI = c.wide(0, 2, 0, 6), c.wide(0, 0, 0, 7)
-
 
 @dataclass(frozen=True)
 class Places:
@@ -24,6 +21,11 @@ class Places:
     matrix: int
     source: int  # of timer 0 of group 0
     outputs: int  # FUNC0_OUT_SEL_CFG
+    pins: int  # GPIO_PIN0, and its bit of core 0's interrupt
+    core0: int
+    asking: int  # PCPU_INT of bank 0
+    bank1_behind: int
+    gpio_source: int
     uart: int
     uart_source: int
     thresholds: int  # CONF1: receiver full at 3, transmitter empty at 1, timeout on
@@ -33,34 +35,44 @@ class Places:
 
 PLACES = {
     Chip.ESP32: Places(
-        0x40090000,
-        0x40080000,
-        0x3FF44000,
-        0x3FF5F000,
-        0x98,
-        0x3FF00104,
-        14,
-        0x530,
-        0x3FF40000,
-        34,
-        3 | 1 << 8 | 2 << 24 | 1 << 31,
-        0x24,
-        0,
+        code=0x40090000,
+        vectors=0x40080000,
+        gpio=0x3FF44000,
+        timers=0x3FF5F000,
+        interrupts=0x98,
+        matrix=0x3FF00104,
+        source=14,
+        outputs=0x530,
+        pins=0x88,
+        core0=1 << 15,
+        asking=0x68,
+        bank1_behind=0x14,
+        gpio_source=22,
+        uart=0x3FF40000,
+        uart_source=34,
+        thresholds=3 | 1 << 8 | 2 << 24 | 1 << 31,
+        timeout=0x24,
+        timeout_value=0,
     ),
     Chip.ESP32S3: Places(
-        0x40380000,
-        0x40378000,
-        0x60004000,
-        0x6001F000,
-        0x70,
-        0x600C2000,
-        50,
-        0x554,
-        0x60000000,
-        27,
-        3 | 1 << 10 | 1 << 23,
-        0x60,
-        16 << 17,
+        code=0x40380000,
+        vectors=0x40378000,
+        gpio=0x60004000,
+        timers=0x6001F000,
+        interrupts=0x70,
+        matrix=0x600C2000,
+        source=50,
+        outputs=0x554,
+        pins=0x74,
+        core0=1 << 13,
+        asking=0x5C,
+        bank1_behind=0x0C,
+        gpio_source=16,
+        uart=0x60000000,
+        uart_source=27,
+        thresholds=3 | 1 << 10 | 1 << 23,
+        timeout=0x60,
+        timeout_value=16 << 17,
     ),
 }
 TICK = 6  # cycles: 80 MHz / 2
@@ -133,6 +145,49 @@ def test_the_matrix_inverts(registers: Registers) -> None:
 def test_signals_of_other_peripherals_stop_the_chip(registers: Registers) -> None:
     with pytest.raises(ChipFault, match="GPIO 4 is routed to the signal 87, which is not emulated"):
         registers.store(registers.at.gpio + registers.at.outputs + 4 * 4, 87)
+
+
+# ---- interrupts of pins ----
+
+RISING, FALLING, EDGES, LOW, HIGH = 1, 2, 3, 4, 5
+
+
+def watch(registers: Registers, pin: int, kind: int) -> None:
+    at = registers.at
+    registers.store(at.matrix + 4 * at.gpio_source, 19)
+    registers.store(at.gpio + at.pins + 4 * pin, kind << 7 | at.core0)
+
+
+def asks(registers: Registers) -> bool:
+    return bool(registers.chip.cpu().interrupt == 1 << 19)
+
+
+@pytest.mark.parametrize(("kind", "edges"), [(RISING, [1]), (FALLING, [0]), (EDGES, [1, 0]), (0, [])])
+@pytest.mark.parametrize("pin", [4, 34])
+def test_edges_of_inputs_interrupt(registers: Registers, kind: int, edges: list[int], pin: int) -> None:
+    """Once each: until STATUS is cleared."""
+    at, chip, bank = registers.at, registers.chip, pin // 32
+    watch(registers, pin, kind)
+    for level in (1, 0):
+        chip.drive(pin, level)
+        registers.wait(2)
+        assert asks(registers) == (level in edges)
+        assert registers.load(at.gpio + at.asking + bank * at.bank1_behind) == (level in edges) << pin % 32
+        registers.store(at.gpio + 0x4C + 12 * bank, 1 << pin % 32)
+        registers.wait(2)
+        assert not asks(registers)
+
+
+def test_levels_of_inputs_interrupt_again(registers: Registers) -> None:
+    registers.chip.drive(4, 1)
+    watch(registers, 4, HIGH)
+    registers.store(registers.at.gpio + 0x4C, 1 << 4)
+    registers.wait(2)
+    assert asks(registers)
+    registers.chip.drive(4, 0)
+    registers.store(registers.at.gpio + 0x4C, 1 << 4)
+    registers.wait(2)
+    assert not asks(registers)
 
 
 def count(registers: Registers) -> int:

@@ -58,10 +58,6 @@ def add(r: int, s: int, t: int) -> bytes:
     return wide(0, t, s, r, 0, 8)
 
 
-def sub(r: int, s: int, t: int) -> bytes:
-    return wide(0, t, s, r, 0, 12)
-
-
 def jump(distance: int) -> bytes:
     """@param distance  from this instruction"""
     return (6 | (distance - 4 & 0x3FFFF) << 6).to_bytes(3, "little")
@@ -91,8 +87,8 @@ RET, RFE, RSYNC = wide(0, 8), wide(0, 0, 0, 3), wide(0, 1, 0, 2)
 
 # special registers
 SAR, BR, SCOMPARE1, ACCLO, ACCHI, M0 = 3, 4, 12, 16, 17, 32
-WINDOWBASE, WINDOWSTART, ATOMCTL, EPC1, EXCSAVE1, CPENABLE = 72, 73, 99, 177, 209, 224
-PS, VECBASE, EXCCAUSE, CCOUNT, MISC0 = 230, 231, 232, 234, 244
+ATOMCTL, EPC1, EXCSAVE1, CPENABLE = 99, 177, 209, 224
+PS, VECBASE, EXCCAUSE, CCOUNT = 230, 231, 232, 234
 
 
 # ---- windows ----

@@ -131,6 +131,7 @@ struct timer_group {
 };
 
 struct gpio {
+    bool watched; /* some pin may interrupt */
     uint32_t out[2], enable[2], driven[2], drive[2], level[2];
     uint32_t status[2], pin[ES_PINS], routed[ES_PINS], input[256];
 };

@@ -39,7 +39,8 @@ enum es_stop es_run(struct esp *esp, uint64_t until_cycle);
 /** Stop with ES_PLACE before this instruction, as often as it comes. One at a time. */
 void es_stop_at(struct esp *esp, uint32_t address);
 
-/** Cycles and instructions since es_create(). */
+/** Cycles and instructions since es_create(). A cycle of a function of the boot ROM counts as an instruction.
+ */
 uint64_t es_cycles(const struct esp *esp);
 uint64_t es_instructions(const struct esp *esp);
 

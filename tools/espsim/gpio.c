@@ -17,7 +17,9 @@ enum {
     STATUS_END = 0x5C,
     BLOCK_SIZE = 0x640,
 };
-enum { SIGNAL_GPIO_ESP32 = 256, SIGNAL_MASK = 0x1FF, ROUTE_INVERTS = 1 << 9, STRAP_FLASH = 0x13 };
+enum { SIGNAL_GPIO = 256, SIGNAL_MASK = 0x1FF, ROUTE_INVERTS = 1 << 9, STRAP_FLASH = 0x13 };
+
+static const unsigned interrupt_source[2] = {22, 16};
 
 static uint32_t pins_at(const struct esp *esp) {
     return esp->chip == ES_ESP32 ? 0x88 : 0x74;
@@ -29,6 +31,20 @@ static uint32_t inputs_at(const struct esp *esp) {
 
 static uint32_t outputs_at(const struct esp *esp) {
     return esp->chip == ES_ESP32 ? 0x530 : 0x554;
+}
+
+/* PCPU_INT of bank 0; that of bank 1 lies `bank1_behind` after it. */
+static uint32_t asking_at(const struct esp *esp) {
+    return esp->chip == ES_ESP32 ? 0x68 : 0x5C;
+}
+
+static uint32_t bank1_behind(const struct esp *esp) {
+    return esp->chip == ES_ESP32 ? 0x14 : 0x0C;
+}
+
+/* GPIO_PINn.INT_ENA: the bit of core 0's interrupt. */
+static uint32_t core0_enabled(const struct esp *esp) {
+    return esp->chip == ES_ESP32 ? 1u << 15 : 1u << 13;
 }
 
 static unsigned pins_of(const struct esp *esp) {
@@ -58,10 +74,52 @@ static uint32_t inverted(const struct esp *esp, unsigned bank) {
     return bits;
 }
 
+/* ---- interrupts ---- */
+
+enum { RISING = 1, FALLING = 2, EDGES = 3, LOW = 4, HIGH = 5 };
+
+/* @return whether the pin has what its GPIO_PINn.INT_TYPE is for */
+static bool is_met(uint32_t type, bool level, bool has_changed) {
+    switch (type) {
+    case RISING:
+        return has_changed && level;
+    case FALLING:
+        return has_changed && !level;
+    case EDGES:
+        return has_changed;
+    case LOW:
+        return !level;
+    case HIGH:
+        return level;
+    default:
+        return false;
+    }
+}
+
+static uint32_t asking(const struct esp *esp, unsigned bank) {
+    uint32_t enabled = 0;
+    for (unsigned bit = 0; bit < 32; bit++)
+        if ((esp->gpio.pin[32 * bank + bit] & core0_enabled(esp)) != 0)
+            enabled |= 1u << bit;
+    return esp->gpio.status[bank] & enabled;
+}
+
+static void notice(struct esp *esp, unsigned bank, uint32_t changed) {
+    struct gpio *gpio = &esp->gpio;
+    for (unsigned bit = 0; bit < 32; bit++) {
+        const uint32_t type = gpio->pin[32 * bank + bit] >> 7 & 7;
+        if (type != 0 && is_met(type, (gpio->level[bank] >> bit & 1) != 0, (changed >> bit & 1) != 0))
+            gpio->status[bank] |= 1u << bit;
+    }
+    matrix_set(esp, interrupt_source[esp->chip], (asking(esp, 0) | asking(esp, 1)) != 0);
+}
+
 static void update(struct esp *esp, unsigned bank) {
     struct gpio *gpio = &esp->gpio;
     const uint32_t now = level_of(gpio, bank, inverted(esp, bank)), changed = now ^ gpio->level[bank];
     gpio->level[bank] = now;
+    if (gpio->watched)
+        notice(esp, bank, changed);
     for (uint32_t left = changed & gpio->enable[bank]; left != 0; left &= left - 1) {
         const unsigned bit = (unsigned)__builtin_ctz(left);
         record(esp, 32 * bank + bit, (now >> bit & 1) != 0);
@@ -83,8 +141,7 @@ static unsigned set_or_clear(uint32_t word[2], uint32_t at, uint32_t value) {
 }
 
 static void route(struct esp *esp, unsigned pin, uint32_t value) {
-    const unsigned by_register = SIGNAL_GPIO_ESP32; /* of both chips */
-    if ((value & SIGNAL_MASK) != by_register)
+    if ((value & SIGNAL_MASK) != SIGNAL_GPIO)
         chip_fault(esp, "GPIO %u is routed to the signal %u, which is not emulated", pin,
                    value & SIGNAL_MASK);
     esp->gpio.routed[pin] = value;
@@ -100,11 +157,11 @@ static void store(struct esp *esp, uint32_t offset, uint32_t value) {
     else if (offset >= ENABLE && offset < ENABLE_END)
         update(esp, set_or_clear(gpio->enable, offset - ENABLE, value));
     else if (offset >= STATUS && offset < STATUS_END)
-        (void)set_or_clear(gpio->status, offset - STATUS, value);
+        notice(esp, set_or_clear(gpio->status, offset - STATUS, value), 0);
     else if (offset - pins < 4 * count) {
         gpio->pin[(offset - pins) / 4] = value;
-        if ((value >> 7 & 7) != 0)
-            chip_fault(esp, "an interrupt of GPIO %u is enabled, which is not emulated", (offset - pins) / 4);
+        gpio->watched |= (value >> 7 & 7) != 0;
+        notice(esp, (offset - pins) / 4 / 32, 0);
     } else if (offset - inputs < 4 * 256)
         gpio->input[(offset - inputs) / 4] = value;
     else if (offset - outputs < 4 * count)
@@ -125,6 +182,8 @@ static uint32_t load(struct esp *esp, uint32_t offset) {
         return (offset - STATUS) % 12 == 0 ? gpio->status[(offset - STATUS) / 12] : 0;
     if (offset == IN || offset == IN1)
         return gpio->level[(offset - IN) / 4];
+    if (offset == asking_at(esp) || offset == asking_at(esp) + bank1_behind(esp))
+        return asking(esp, offset == asking_at(esp) ? 0 : 1);
     if (offset == STRAP)
         return STRAP_FLASH;
     if (offset - pins < 4 * count)
@@ -141,7 +200,7 @@ void gpio_create(struct esp *esp) {
     bus_add(esp, &(struct block){"GPIO", esp->chip == ES_ESP32 ? 0x3FF44000 : 0x60004000, BLOCK_SIZE, load,
                                  store});
     for (unsigned pin = 0; pin < ES_PINS; pin++)
-        esp->gpio.routed[pin] = SIGNAL_GPIO_ESP32;
+        esp->gpio.routed[pin] = SIGNAL_GPIO;
 }
 
 /* ---- from outside ---- */
