@@ -5,13 +5,16 @@ Here and not in tests/espsim, as it links the objects that this folder's tests c
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 import pytest
 from bare_program import BOARDS, Program, build
-from espsim.virtual import CPU_HZ, Chip, VirtualChip
+from espsim.bare import PLACES
+from espsim.virtual import CPU_HZ, Chip, ChipFault, VirtualChip
 from numpy.typing import NDArray
 from wificnc.sim.run import SimOptions, simulate
 from xtensa import windows
@@ -138,6 +141,25 @@ def test_pulses_and_pauses(program: Built) -> None:
     for turn in turns:
         later = rises[rises > turn]
         assert len(later) == 0 or (later[0] - turn) * NS_PER_CYCLE >= board.timing.dir_setup_ns
+
+
+def test_esptools_image_is_the_same_program(program: Built, tmp_path: Path) -> None:
+    """The loader takes what esptool makes of the ELF file, and refuses it for the other chip."""
+    pytest.importorskip("esptool")
+    name = {Chip.ESP32: "esp32", Chip.ESP32S3: "esp32s3"}[program.kind]
+    image = tmp_path / "program.bin"
+    command = [sys.executable, "-m", "esptool", "--chip", name, "elf2image", "--flash-mode", "dio", "-o", str(image)]
+    subprocess.run([*command, str(program.path)], check=True, capture_output=True)
+    at = PLACES[program.kind]
+    with VirtualChip(program.kind) as by_image, VirtualChip(program.kind) as by_elf:
+        by_image.load(image.read_bytes())
+        by_elf.load(program.path.read_bytes())
+        assert by_image.cpu().pc == by_elf.cpu().pc
+        for place, size in ((at.vectors, 0x10000), (at.dram, 0x1000), (at.code, 0x30000), (at.constants, 0x4000)):
+            assert by_image.read(place, size) == by_elf.read(place, size)
+    (other,) = set(Chip) - {program.kind}
+    with VirtualChip(other) as chip, pytest.raises(ChipFault, match="this image is for the ESP32"):
+        chip.load(image.read_bytes())
 
 
 def test_the_step_interrupt_has_a_budget(program: Built) -> None:
