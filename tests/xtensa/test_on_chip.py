@@ -96,7 +96,7 @@ def test_the_same_steps_as_the_pc_at_the_same_times(program: Built, tmp_path: Pa
 
 @pytest.mark.parametrize("lines", [LINES["one axis"], LINES["fast"]], ids=["one axis", "fast"])
 def test_a_task_that_comes_every_20_ms_makes_the_same_steps(program: Built, tmp_path: Path, lines: str) -> None:
-    """A single move is published far enough ahead. Where batches end is another place, and so are the times between."""
+    """A single move is published far enough ahead. Batches end at other places, and times between differ a little."""
     pc, (chip, _) = pc_trace(tmp_path, program, lines), chip_run(program, lines, 20_000)
     same_events(pc, chip)
     assert np.abs(lateness_ns(pc, chip)).max() <= 20_000
