@@ -35,7 +35,7 @@ help:
 	@echo 'make bench   speed, instructions and memory, with the method'
 	@echo 'make bench-motion  time, acceleration, jerk and path error from step traces; FILES="a.nc b.nc" for others'
 	@echo 'make chip-traces  whole jobs in the real image, each step compared with the host; FILES="a.nc b.nc" WIRE=20 CPU=4'
-	@echo 'make bench-chip  the virtual PIC32MZ and the interrupts of its real image'
+	@echo 'make bench-chip  the virtual PIC32MZ and the interrupts of its real image; the virtual ESP32'
 	@echo 'make xtensa  the ESP32 firmware as Xtensa objects: interrupts, and static RAM of each board'
 	@echo 'make bench-latency  from a byte or the e-stop to the last pulse and the beam, PIC32MZ, ESP32 and PC'
 	@echo 'make bench-serve  a serving controller as senders see it; make stream-million: its first part'
@@ -82,7 +82,7 @@ bench-motion: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m bench.motion $(abspath $(FILES))
 
 bench-chip: $(VENV)/.ready-dev
-	@cd tools && $(abspath $(PY)) -m bench.chip
+	@cd tools && $(abspath $(PY)) -m bench.chip && $(abspath $(PY)) -m bench.esp_chip
 
 xtensa: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m xtensa

@@ -43,6 +43,7 @@ PACKAGES = (
     "tools/motion",
     "tools/xtensa",
     "tools/mips",
+    "tools/espsim",
     "tools/pages",
     "tools/sizes",
     "tools/generate",

@@ -13,11 +13,12 @@ from typing import Any
 
 import pytest
 import wificnc
-from layouts import HOST, VIRTUAL_CHIP, LayoutError, Layouts
+from espsim import virtual as esp32
+from layouts import HOST, VIRTUAL_CHIP, VIRTUAL_ESP32, LayoutError, Layouts
 from wificnc.chip import virtual
 from wificnc.sim import native
 
-MODULES = ("wificnc.job.native", "wificnc.sim.native", "wificnc.chip.virtual")
+MODULES = ("wificnc.job.native", "wificnc.sim.native", "wificnc.chip.virtual", "espsim.virtual")
 
 
 def structures() -> list[type[Structure]]:
@@ -30,7 +31,7 @@ def c_structure(ours: type[Structure]) -> type[Structure]:
     """That of its docstring."""
     named = re.match(r"struct (\w+)", ours.__doc__ or "")
     assert named, f"{ours.__name__}: its docstring begins with the C structure's name"
-    for layouts in (HOST, VIRTUAL_CHIP):
+    for layouts in (HOST, VIRTUAL_CHIP, VIRTUAL_ESP32):
         try:
             return layouts.struct(named[1])
         except LayoutError:
@@ -75,7 +76,9 @@ def passed(kind: Any) -> object:
 
 
 @pytest.mark.parametrize(
-    ("prototypes", "layouts"), [(native._PROTOTYPES, HOST), (virtual._PROTOTYPES, VIRTUAL_CHIP)], ids=["sim", "chip"]
+    ("prototypes", "layouts"),
+    [(native._PROTOTYPES, HOST), (virtual._PROTOTYPES, VIRTUAL_CHIP), (esp32.PROTOTYPES, VIRTUAL_ESP32)],
+    ids=["sim", "chip", "esp32"],
 )
 def test_a_function_is_called_as_c_wants_it(prototypes: dict[str, Any], layouts: Layouts) -> None:
     for name, (result, arguments) in prototypes.items():

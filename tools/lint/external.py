@@ -34,7 +34,7 @@ CPPCHECK = (
 PYTHON = ("cli", "tools", "tests", "examples")
 HAL_PROGRAM = "linuxcnc/wificnc.c"  # needs LinuxCNC's headers: tests/linuxcnc builds it by halcompile, with warnings
 FOREIGN = PLATFORMS["windows-x86_64"]  # compiles the sources that Linux and macOS do not
-COMPILED = (*(f"{path}/" for path in SOURCES), "tools/bench/", "tools/mzsim/")
+COMPILED = (*(f"{path}/" for path in SOURCES), "tools/bench/", "tools/mzsim/", "tools/espsim/")
 
 
 def check_ruff(root: Path) -> list[Problem]:

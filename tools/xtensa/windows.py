@@ -8,7 +8,7 @@ import subprocess
 from collections.abc import Sequence
 from pathlib import Path
 
-from xtensa.compile import CPU, compile_all
+from xtensa.compile import CPU, Object, compile_all
 from xtensa.headers import Headers
 from xtensa.toolchain import Toolchain
 
@@ -45,17 +45,37 @@ def missing(tools: Toolchain) -> str:
 def build(tools: Toolchain, root: Path, headers: Headers, sources: Sequence[Path], output: Path) -> Path:
     """Compile, assemble and link. Raises RuntimeError with what a tool said."""
     objects = compile_all(tools, root, headers, [path for path in sources if path.suffix == ".c"], output)
+    return link(tools, [*(path for path in sources if path.suffix == ".S"), *texts(objects)], output, LAYOUT)
+
+
+def texts(objects: Sequence[Object]) -> list[Path]:
+    """Assembly of C files that link() takes. Raises RuntimeError with what a compiler said."""
     if said := "".join(made.said for made in objects):
         raise RuntimeError(said)
-    texts = [path for path in sources if path.suffix == ".S"]
+    found = []
     for made in objects:
-        texts.append(made.path.with_suffix(".aligned.s"))
-        texts[-1].write_text(_align_literals(made.assembly.read_text()))
-    files = [str(output / f"{text.stem}.o") for text in texts]
-    for text, file in zip(texts, files, strict=True):
+        found.append(made.path.with_suffix(".aligned.s"))
+        aligned = _align_literals(made.assembly.read_text())
+        if not found[-1].is_file() or found[-1].read_text() != aligned:
+            found[-1].write_text(aligned)
+    return found
+
+
+def object_name(text: Path) -> str:
+    """Of an assembled file: two folders may have files of one name."""
+    return f"{text.parent.name}_{text.stem}.o"
+
+
+def link(tools: Toolchain, sources: Sequence[Path], output: Path, script: str) -> Path:
+    """Assemble and link. @param script  of the linker. Raises RuntimeError with what a tool said."""
+    output.mkdir(parents=True, exist_ok=True)
+    files = [str(output / object_name(text)) for text in sources]
+    for text, file in zip(sources, files, strict=True):
+        if Path(file).is_file() and Path(file).stat().st_mtime_ns > text.stat().st_mtime_ns:
+            continue
         _run([assembler(tools), "--arch=xtensa", f"-mcpu={CPU}", "-filetype=obj", str(text), "-o", file])
     layout, program = output / "link.ld", output / "program.elf"
-    layout.write_text(LAYOUT)
+    layout.write_text(script)
     _run([LINKER, "--no-warn-rwx-segments", "-z", "noexecstack", "-T", str(layout), *files, "-o", str(program)])
     return program
 

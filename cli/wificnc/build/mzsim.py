@@ -1,4 +1,4 @@
-"""The virtual PIC32MZ: tools/mzsim compiled into one shared library."""
+"""Virtual chips (tools/mzsim, tools/espsim), each compiled into one shared library."""
 
 from __future__ import annotations
 
@@ -13,18 +13,22 @@ from wificnc.build.host import LIBRARY_NAME, WARNINGS
 from wificnc.build.lock import build_lock
 from wificnc.build.objects import Unit, compile_stale, failure, is_older, put_in_place
 
-FOLDER = "tools/mzsim"
 FLAGS = ("-std=c11", "-O2", "-g", "-fPIC", "-fvisibility=default", "-ffp-contract=off", "-fno-math-errno", *WARNINGS)
 
 
 def ensure_mzsim_library() -> Path:
-    """The path of the library, built when stale. Raises BuildError."""
+    """The virtual PIC32MZ. Raises BuildError."""
+    return ensure_chip_library("mzsim")
+
+
+def ensure_chip_library(name: str) -> Path:
+    """The path of the library, built when stale. Raises BuildError. @param name  of its folder in tools/"""
     root = checkout_root()
-    directory = root / "build" / "mzsim"
-    library = directory / LIBRARY_NAME.replace("wificnc", "mzsim")
+    directory = root / "build" / name
+    library = directory / LIBRARY_NAME.replace("wificnc", name)
     with build_lock(directory):
         compiler = _compiler(directory)
-        sources = sorted((root / FOLDER).glob("*.c"))
+        sources = sorted((root / "tools" / name).glob("*.c"))
         units = [Unit(source, directory / "obj" / f"{source.stem}.o") for source in sources]
         strict = ["-Werror"] if compiler.is_known_clean else []
         compiled, _ = compile_stale([*compiler.argv, *FLAGS, *strict], units, compiler.title)

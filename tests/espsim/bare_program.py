@@ -1,0 +1,115 @@
+"""Our core and the ESP32's step engine on the virtual chip, without an operating system: tests/espsim/bare."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import xtensa_code as c
+from espsim import bare
+from espsim.virtual import CPU_HZ, Chip, Cpu, Level, VirtualChip
+from numpy.typing import NDArray
+from wificnc.board.load import load_board
+from wificnc.board.model import Board
+from xtensa.toolchain import Toolchain
+
+ROOT = Path(__file__).resolve().parents[2]
+HERE = Path(__file__).parent / "bare"
+BOARDS = {Chip.ESP32: "esp32-wroom32", Chip.ESP32S3: "esp32s3-devkitc"}
+REAL = (
+    *("targets/chip/gang.c", "targets/chip/step_pins.c", "targets/esp32/hal/step_engine.c"),
+    *("targets/esp32/hal/step_interrupt.c", "targets/esp32/hal/step_vector.S", "targets/esp32/app/board.c"),
+    *("targets/esp32/app/wired.c", "targets/esp32/io/pin_map.c"),
+    "targets/pic32mz/libc/math.c",  # in place of newlib's
+)
+LEVEL5_VECTOR, USER_VECTOR, START = 0x240, 0x340, 0x380
+STACK_BASE = 64
+PS_UM, PS_WOE = 0x20, 0x40000
+SAME_EVENT = 100  # cycles in which edges belong to one step event
+CCOMPARE0 = 240
+
+
+def build(tools: Toolchain, chip: Chip) -> Path:
+    """The program. Raises RuntimeError."""
+    sources = [*sorted((ROOT / "core").rglob("*.c")), *(ROOT / name for name in REAL)]
+    output = ROOT / "build" / "espsim" / bare.PLACES[chip].name
+    return bare.build(tools, ROOT, chip, sources, sorted(HERE.glob("*.c")), output)
+
+
+def timer_handler() -> bytes:
+    """Level 1 is the processor's timer, which ends a wait: its next match is 2^32 cycles away. Any exception ends in an
+    instruction that does not exist."""
+    code = c.wsr(0, c.EXCSAVE1) + c.rsr(0, c.EXCCAUSE)
+    code += c.immediate(6, 2, 0, 4, 1)  # beqi a0, 4: past the next two bytes
+    code += b"\x0e\0"
+    return code + c.rsr(0, c.CCOUNT) + c.wsr(0, CCOMPARE0) + c.rsr(0, c.EXCSAVE1) + c.RFE
+
+
+class Program:
+    """A chip that runs a job."""
+
+    def __init__(self, chip: VirtualChip, kind: Chip, program: Path, job: str, period_us: int) -> None:
+        self.chip, self.board = chip, load_board(BOARDS[kind])
+        vectors = bare.PLACES[kind].vectors
+        self.step_interrupt = Level()  # after run()
+        chip.load(program.read_bytes())
+        chip.write(vectors, c.window_vectors())
+        step_vector = c.wsr(0, c.EXCSAVE1 + 4)
+        step_vector += c.call0(vectors + LEVEL5_VECTOR + 3, chip.symbol("xt_highint5"))
+        chip.write(vectors + LEVEL5_VECTOR, step_vector)
+        chip.write(vectors + USER_VECTOR, timer_handler())
+        loaded = chip.cpu()
+        chip.write(vectors + START, c.wide(0, 14, 8))  # callx8 a8
+        cpu = Cpu(pc=vectors + START, ps=PS_UM | PS_WOE, vecbase=vectors, cpenable=1, windowstart=1)
+        cpu.a[1], cpu.a[8] = loaded.a[1] - STACK_BASE, loaded.pc
+        chip.write(cpu.a[1] - 12, int(loaded.a[1]).to_bytes(4, "little"))  # the caller's stack: where its window goes
+        chip.set_cpu(cpu)
+        self._put("job_size", len(job))
+        self._put("period_us", period_us)
+        chip.write(chip.symbol("job"), job.encode())
+        chip.record_edges()
+
+    def _put(self, name: str, value: int) -> None:
+        self.chip.write(self.chip.symbol(name), value.to_bytes(4, "little"))
+
+    def _get(self, name: str) -> int:
+        return int.from_bytes(self.chip.read(self.chip.symbol(name), 4), "little")
+
+    def run(self, seconds: float) -> None:
+        """Until the job is done. Raises TimeoutError after so much of the chip's time."""
+        for _ in range(round(seconds / 0.05)):
+            self.chip.run(CPU_HZ // 20)
+            if self._get("done"):
+                self.step_interrupt = self.chip.interrupts(5)
+                return
+        raise TimeoutError(self.answers())
+
+    def answers(self) -> str:
+        return self.chip.read(self.chip.symbol("answers"), self._get("answers_size")).decode()
+
+    def steps(self) -> NDArray[np.int64]:
+        """(cycle of the first edge, step mask, direction mask) of each step event."""
+        return step_events(self.chip.edges(), self.board)
+
+
+def pins_of(board: Board, kind: str) -> list[int]:
+    """GPIO numbers by axis."""
+    names = board.pin_names()
+    return [int(names[f"{kind}_{axis.lower()}"].removeprefix("GPIO")) for axis in board.axes]
+
+
+def step_events(edges: list[tuple[int, int, int]], board: Board) -> NDArray[np.int64]:
+    axis_of = {pin: axis for axis, pin in enumerate(pins_of(board, "step"))}
+    direction_of = {pin: axis for axis, pin in enumerate(pins_of(board, "dir"))}
+    directions, found = 0, []
+    for cycle, pin, level in edges:
+        if pin in direction_of:
+            bit = 1 << direction_of[pin]
+            directions = directions | bit if level else directions & ~bit
+        elif level and pin in axis_of:
+            bit = 1 << axis_of[pin]
+            if not found or cycle - found[-1][0] > SAME_EVENT or found[-1][1] & bit:
+                found.append([cycle, 0, 0])
+            found[-1][1] |= bit
+            found[-1][2] |= directions & bit
+    return np.array(found, dtype=np.int64).reshape(-1, 3)

@@ -1,0 +1,20 @@
+"""The virtual ESP32 without a program."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from espsim.virtual import Chip, VirtualChip
+
+
+@pytest.fixture(params=list(Chip), ids=["esp32", "esp32s3"])
+def chip(request: pytest.FixtureRequest) -> Iterator[VirtualChip]:
+    with VirtualChip(request.param) as chip:
+        yield chip
+
+
+@pytest.fixture
+def esp32() -> Iterator[VirtualChip]:
+    with VirtualChip(Chip.ESP32) as chip:
+        yield chip

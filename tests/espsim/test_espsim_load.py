@@ -1,0 +1,91 @@
+"""What the loader takes, and one clear line for each file that it does not."""
+
+from __future__ import annotations
+
+import hashlib
+import struct
+
+import pytest
+from espsim.virtual import ChipFault, VirtualChip
+from make_vectors import elf
+
+ENTRY, DATA = 0x40080400, 0x3FFB0000
+CODE = bytes(range(32))
+VALUES = b"some data that is 28 bytes.\0"
+
+
+def image(
+    *, chip: int = 0, pieces: tuple[tuple[int, bytes], ...] = ((ENTRY, CODE), (DATA, VALUES)), hashed: bool = True
+) -> bytes:
+    """As esptool makes one. https://docs.espressif.com/projects/esptool, Firmware Image Format"""
+    text = struct.pack("<4BI4BHBHH4xB", 0xE9, len(pieces), 2, 0x20, ENTRY, 0xEE, 0, 0, 0, chip, 0, 0, 0, hashed)
+    checksum = 0xEF
+    for address, data in pieces:
+        text += struct.pack("<2I", address, len(data)) + data
+        for byte in data:
+            checksum ^= byte
+    text += bytes(15 - len(text) % 16) + bytes((checksum,))
+    return text + (hashlib.sha256(text).digest() if hashed else b"")
+
+
+@pytest.mark.parametrize("hashed", [True, False])
+def test_an_image_is_loaded(esp32: VirtualChip, hashed: bool) -> None:
+    esp32.load(image(hashed=hashed))
+    assert esp32.read(ENTRY, len(CODE)) == CODE and esp32.read(DATA, len(VALUES)) == VALUES
+    assert esp32.cpu().pc == ENTRY
+
+
+@pytest.mark.parametrize("size", [4, 48, 64, 100, 1000])
+def test_hashes_of_any_length(esp32: VirtualChip, size: int) -> None:
+    """The padding of SHA-256 at each place of its block."""
+    for count in range(size, size + 64, 4):
+        esp32.load(image(pieces=((DATA, bytes(count)),)))
+
+
+def test_padding_segments_are_passed_over(esp32: VirtualChip) -> None:
+    esp32.load(image(pieces=((0, bytes(16)), (ENTRY, CODE))))
+    assert esp32.read(ENTRY, len(CODE)) == CODE
+
+
+def flipped(text: bytes, at: int) -> bytes:
+    return text[:at] + bytes((text[at] ^ 1,)) + text[at + 1 :]
+
+
+def merged() -> bytes:
+    return (b"\xff" * 0x1000 + image()).ljust(0x8000, b"\xff") + b"\xaa\x50" + bytes(100)
+
+
+REFUSED = [
+    (b"", "neither an ELF file nor an image of ESP-IDF"),
+    (b"\x12" + image()[1:], "its first byte is 12, not e9.; encrypted images cannot be run"),
+    (image(chip=9), "this image is for the ESP32-S3, not for the ESP32"),
+    (image(chip=77), "this image is for the chip with number 77, not for the ESP32"),
+    (image()[:20], "the image ends in its header"),
+    (image()[:60], "the file ends in the middle of the segment for 40080400"),
+    (image()[:-20], "the image is damaged: it ends after 124 of 144 bytes"),
+    (flipped(image(), 35), "the image is damaged: its checksum is"),
+    (flipped(image(), 4), "the image is damaged: its SHA-256 is another one"),
+    (image() + b"x" * 9, "9 bytes follow the image's end"),
+    (merged(), "this is a merged image of a whole flash"),
+    (image(pieces=((0x3F000000, b"1234"),)), "has no memory for 4 bytes at 3f000000"),
+    (b"\x7fELF\x02".ljust(64, b"\0"), "this ELF file is not a program for Xtensa"),
+    (elf([(DATA, b"1234"), (0x70000000, b"1")]), "has no memory for 1 bytes at 70000000"),
+    (elf([(DATA, b"1234")])[:-2], "the file ends in the middle of the segment for 3ffb0000"),
+]
+
+
+@pytest.mark.parametrize(("text", "says"), REFUSED, ids=[f"file{n}" for n in range(len(REFUSED))])
+def test_files_that_are_refused(esp32: VirtualChip, text: bytes, says: str) -> None:
+    """And nothing is changed."""
+    before = esp32.read(DATA, 4)
+    with pytest.raises(ChipFault, match=says):
+        esp32.load(text)
+    assert esp32.read(DATA, 4) == before
+
+
+def test_any_damage_is_found(esp32: VirtualChip) -> None:
+    """Each bit of a hashed image."""
+    good = image()
+    for at in range(len(good)):
+        with pytest.raises(ChipFault):
+            esp32.load(flipped(good, at))

@@ -1,0 +1,194 @@
+/* SPDX-License-Identifier: MIT
+ * Addresses: memories, and registers of peripherals. Tables of the technical reference manuals, chapter
+ * System and Memory. Flash that the MMU maps is a memory here: what is mapped there, a loader has put there.
+ */
+#include "esp.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+struct region {
+    const char *name;
+    uint32_t base, size;
+    bool words_only, constant;
+    uint32_t twin; /* the same bytes at another address; 0: none */
+};
+
+static const struct region esp32[] = {
+    {"DRAM", 0x3FFAE000, 0x52000, false, false, 0},
+    {"IRAM", 0x40070000, 0x30000, true, false, 0},
+    {"flash data", 0x3F400000, 0x400000, false, true, 0},
+    {"flash code", 0x400C2000, 0x33E000, true, true, 0},
+    {"RTC fast memory", 0x3FF80000, 0x2000, false, false, 0},
+    {"RTC slow memory", 0x50000000, 0x2000, false, false, 0},
+};
+
+static const struct region esp32s3[] = {
+    {"DRAM", 0x3FC88000, 0x78000, false, false, 0},
+    {"IRAM", 0x40370000, 0x8000, true, false, 0},
+    {"IRAM", 0x40378000, 0x68000, true, false, 0x3FC88000},
+    {"flash data", 0x3C000000, 0x800000, false, true, 0},
+    {"flash code", 0x42000000, 0x800000, true, true, 0},
+    {"RTC fast memory", 0x600FE000, 0x2000, false, false, 0},
+    {"RTC slow memory", 0x50000000, 0x2000, false, false, 0},
+};
+
+static struct memory *memory_at(const struct esp *esp, uint32_t address) {
+    for (unsigned i = 0; i < esp->memory_count; i++)
+        if (address - esp->memory[i].base < esp->memory[i].size)
+            return (struct memory *)&esp->memory[i];
+    return NULL;
+}
+
+uint8_t *bus_bytes(const struct esp *esp, uint32_t address, size_t count) {
+    const struct memory *memory = memory_at(esp, address);
+    if (memory == NULL || count > memory->size - (address - memory->base))
+        return NULL;
+    return memory->bytes + (address - memory->base);
+}
+
+static bool add(struct esp *esp, const struct region *region) {
+    struct memory *memory = &esp->memory[esp->memory_count];
+    uint8_t *bytes = region->twin != 0 ? bus_bytes(esp, region->twin, region->size) : calloc(1, region->size);
+    if (bytes == NULL)
+        return false;
+    *memory = (struct memory){region->name, region->base,       region->size,
+                              bytes,        region->words_only, region->constant};
+    esp->memory_count++;
+    for (uint32_t at = 0; at < region->size; at += PAGE) {
+        const uint32_t page = (region->base + at) >> PAGE_BITS;
+        esp->words[page] = bytes + at;
+        esp->read[page] = region->words_only ? NULL : bytes + at;
+        esp->write[page] = region->words_only || region->constant ? NULL : bytes + at;
+    }
+    return true;
+}
+
+bool bus_create(struct esp *esp) {
+    const bool is_s3 = esp->chip == ES_ESP32S3;
+    const struct region *regions = is_s3 ? esp32s3 : esp32;
+    const size_t count = is_s3 ? sizeof esp32s3 / sizeof *regions : sizeof esp32 / sizeof *regions;
+    esp->read = calloc(PAGES, sizeof *esp->read);
+    esp->write = calloc(PAGES, sizeof *esp->write);
+    esp->words = calloc(PAGES, sizeof *esp->words);
+    esp->code = calloc(PAGES, sizeof *esp->code);
+    bool good = esp->read != NULL && esp->write != NULL && esp->words != NULL && esp->code != NULL;
+    for (size_t i = 0; i < count && good; i++)
+        good = add(esp, &regions[i]);
+    return good;
+}
+
+void bus_destroy(struct esp *esp) {
+    for (unsigned i = 0; i < esp->memory_count; i++) {
+        bool is_twin = false;
+        for (unsigned other = 0; other < i; other++)
+            is_twin |= esp->memory[other].bytes == esp->memory[i].bytes;
+        if (!is_twin)
+            free(esp->memory[i].bytes);
+    }
+    for (uint32_t page = 0; esp->code != NULL && page < PAGES; page++)
+        free(esp->code[page]);
+    free(esp->read);
+    free(esp->write);
+    free(esp->words);
+    free(esp->code);
+}
+
+void bus_add(struct esp *esp, const struct block *block) {
+    esp->block[esp->block_count++] = *block;
+}
+
+static const struct block *block_at(const struct esp *esp, uint32_t address) {
+    for (unsigned i = 0; i < esp->block_count; i++)
+        if (address - esp->block[i].base < esp->block[i].size)
+            return &esp->block[i];
+    return NULL;
+}
+
+static void nothing_there(struct esp *esp, const char *what, uint32_t address) {
+    char text[96];
+    chip_fault(esp, "%s %08x, where nothing is emulated, by the instruction at %s", what, address,
+               chip_place(esp, esp->cpu.pc, text));
+}
+
+/* Registers are words, and aligned. */
+static bool is_word(struct esp *esp, uint32_t address, unsigned size, const char *what) {
+    char text[96];
+    if (size == 4 && (address & 3) == 0)
+        return true;
+    chip_fault(esp, "%s of %u bytes at the register %08x by the instruction at %s", what, size, address,
+               chip_place(esp, esp->cpu.pc, text));
+    return false;
+}
+
+uint32_t bus_load(struct esp *esp, uint32_t address, unsigned size) {
+    const struct memory *memory = memory_at(esp, address);
+    const struct block *block = memory == NULL ? block_at(esp, address) : NULL;
+    uint32_t value = 0;
+    if (block != NULL)
+        return is_word(esp, address, size, "load") ? block->load(esp, address - block->base) : 0;
+    if (memory == NULL || bus_bytes(esp, address, size) == NULL)
+        nothing_there(esp, "load from", address);
+    else if (memory->words_only && (size != 4 || (address & 3) != 0))
+        cpu_exception_at(esp, CAUSE_LOAD_STORE, address);
+    else
+        memcpy(&value, bus_bytes(esp, address, size), size);
+    return value;
+}
+
+/* Code in IRAM is the same bytes at another address on the S3. */
+static void changed(struct esp *esp, const uint8_t *bytes, size_t count) {
+    for (unsigned i = 0; i < esp->memory_count; i++) {
+        const struct memory *memory = &esp->memory[i];
+        if (bytes >= memory->bytes && bytes < memory->bytes + memory->size)
+            cpu_forget(esp, memory->base + (uint32_t)(bytes - memory->bytes), count);
+    }
+}
+
+void bus_store(struct esp *esp, uint32_t address, uint32_t value, unsigned size) {
+    const struct memory *memory = memory_at(esp, address);
+    const struct block *block = memory == NULL ? block_at(esp, address) : NULL;
+    uint8_t *bytes = bus_bytes(esp, address, size);
+    char text[96];
+    if (block != NULL) {
+        if (is_word(esp, address, size, "store"))
+            block->store(esp, address - block->base, value);
+    } else if (bytes == NULL)
+        nothing_there(esp, "store to", address);
+    else if (memory->constant)
+        chip_fault(esp, "store to %08x, which is %s, by the instruction at %s", address, memory->name,
+                   chip_place(esp, esp->cpu.pc, text));
+    else if (memory->words_only && (size != 4 || (address & 3) != 0))
+        cpu_exception_at(esp, CAUSE_LOAD_STORE, address);
+    else {
+        memcpy(bytes, &value, size);
+        changed(esp, bytes, size);
+    }
+}
+
+bool bus_fetch(struct esp *esp, uint32_t address, uint32_t *word) {
+    const struct memory *memory = memory_at(esp, address);
+    if (memory == NULL || !memory->words_only)
+        return false;
+    const uint32_t left = memory->size - (address - memory->base);
+    *word = 0;
+    memcpy(word, memory->bytes + (address - memory->base), left < 4 ? left : 4);
+    return true;
+}
+
+bool es_write(struct esp *esp, uint32_t address, const uint8_t *bytes, size_t count) {
+    uint8_t *at = bus_bytes(esp, address, count);
+    if (at == NULL)
+        return false;
+    memcpy(at, bytes, count);
+    changed(esp, at, count);
+    return true;
+}
+
+bool es_read(const struct esp *esp, uint32_t address, uint8_t *bytes, size_t count) {
+    const uint8_t *at = bus_bytes(esp, address, count);
+    if (at == NULL)
+        return false;
+    memcpy(bytes, at, count);
+    return true;
+}

@@ -1,0 +1,239 @@
+/* SPDX-License-Identifier: MIT
+ * The chip as a whole: time, and what is seen from outside. */
+#include "esp.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+void chip_fault(struct esp *esp, const char *format, ...) {
+    if (esp->stop == ES_FAULT)
+        return;
+    va_list words;
+    va_start(words, format);
+    vsnprintf(esp->fault, sizeof esp->fault, format, words);
+    va_end(words);
+    esp->stop = ES_FAULT;
+    esp->limit = 0;
+}
+
+void chip_look(struct esp *esp) {
+    esp->look = true;
+    esp->limit = 0;
+}
+
+/* Room for `count` elements: no edge and no byte may be missing. */
+bool chip_grow(void *array, size_t *room, size_t count, size_t size) {
+    void **at = array;
+    if (count <= *room)
+        return true;
+    const size_t wanted = 2 * count + 1024;
+    void *grown = realloc(*at, wanted * size);
+    if (grown == NULL)
+        abort();
+    *at = grown;
+    *room = wanted;
+    return true;
+}
+
+static const struct symbol *symbol_of(const struct esp *esp, uint32_t address) {
+    for (size_t i = 0; i < esp->symbol_count; i++)
+        if (address - esp->symbols[i].address < esp->symbols[i].size)
+            return &esp->symbols[i];
+    return NULL;
+}
+
+const char *chip_place(const struct esp *esp, uint32_t address, char text[96]) {
+    const struct symbol *symbol = symbol_of(esp, address);
+    if (symbol == NULL)
+        snprintf(text, 96, "%08x", address);
+    else
+        snprintf(text, 96, "%08x (%.60s+%u)", address, symbol->name, address - symbol->address);
+    return text;
+}
+
+uint32_t chip_ccount(const struct esp *esp) {
+    return (uint32_t)esp->cycles + esp->cpu.ccount_from;
+}
+
+struct esp *es_create(enum es_chip chip) {
+    struct esp *esp = calloc(1, sizeof *esp);
+    if (esp == NULL)
+        return NULL;
+    esp->chip = chip;
+    if (!bus_create(esp)) {
+        es_destroy(esp);
+        return NULL;
+    }
+    gpio_create(esp);
+    timers_create(esp);
+    matrix_create(esp);
+    uart_create(esp);
+    cpu_reset(esp);
+    chip_look(esp);
+    return esp;
+}
+
+void es_destroy(struct esp *esp) {
+    if (esp == NULL)
+        return;
+    bus_destroy(esp);
+    for (size_t i = 0; i < esp->symbol_count; i++)
+        free(esp->symbols[i].name);
+    free(esp->symbols);
+    free(esp->edges);
+    free(esp->uart.in);
+    free(esp->uart.out);
+    free(esp);
+}
+
+/* ---- time ---- */
+
+static uint64_t soonest(uint64_t a, uint64_t b) {
+    return a < b ? a : b;
+}
+
+static void events(struct esp *esp) {
+    timers_event(esp);
+    uart_event(esp);
+    special_timers(esp);
+    esp->look = true;
+}
+
+static void look_around(struct esp *esp) {
+    matrix_update(esp);
+    esp->next_event = soonest(soonest(timers_next(esp), uart_next(esp)), special_next(esp));
+    esp->look = false;
+}
+
+static void sleep_until(struct esp *esp, uint64_t until) {
+    const uint64_t to = soonest(esp->next_event, until);
+    esp->asleep += to - esp->cycles;
+    esp->cycles = to;
+}
+
+/* What is due at this moment. */
+static void settle(struct esp *esp) {
+    if (esp->cycles >= esp->next_event)
+        events(esp);
+    if (esp->look)
+        look_around(esp);
+}
+
+static void work(struct esp *esp, uint64_t until) {
+    while (esp->stop == ES_TIME && esp->cycles < until) {
+        settle(esp);
+        const bool taken = cpu_interrupt(esp);
+        if (esp->cpu.waits && !taken) {
+            sleep_until(esp, until);
+            continue;
+        }
+        esp->limit = soonest(esp->next_event, until);
+        if (esp->limit > esp->cycles)
+            cpu_run(esp);
+    }
+    if (esp->stop != ES_FAULT)
+        settle(esp);
+}
+
+enum es_stop es_run(struct esp *esp, uint64_t until_cycle) {
+    if (esp->stop == ES_FAULT)
+        return ES_FAULT;
+    if (esp->stop == ES_PLACE) { /* past it */
+        esp->stop = ES_TIME;
+        esp->passes = true;
+        work(esp, soonest(esp->cycles + 1, until_cycle));
+        esp->passes = false;
+        cpu_forget(esp, esp->stop_at, 1);
+    }
+    work(esp, until_cycle);
+    return esp->stop;
+}
+
+void es_stop_at(struct esp *esp, uint32_t address) {
+    cpu_forget(esp, esp->stop_at, 1);
+    cpu_forget(esp, address, 1);
+    esp->stop_at = address;
+    esp->stops = true;
+}
+
+uint64_t es_cycles(const struct esp *esp) {
+    return esp->cycles;
+}
+
+uint64_t es_instructions(const struct esp *esp) {
+    return esp->cycles - esp->asleep;
+}
+
+const char *es_fault(const struct esp *esp) {
+    return esp->fault;
+}
+
+void es_level(const struct esp *esp, unsigned level, struct es_level *out) {
+    *out = esp->level[level % LEVELS];
+}
+
+uint32_t es_symbol(const struct esp *esp, const char *name) {
+    for (size_t i = 0; i < esp->symbol_count; i++)
+        if (strcmp(esp->symbols[i].name, name) == 0)
+            return esp->symbols[i].address;
+    return 0;
+}
+
+/* ---- the processor from outside ---- */
+
+void es_cpu_get(const struct esp *esp, struct es_cpu *out) {
+    const struct cpu *cpu = &esp->cpu;
+    *out = (struct es_cpu){.pc = cpu->pc,
+                           .ps = cpu->ps,
+                           .sar = cpu->sar,
+                           .br = cpu->br,
+                           .acclo = cpu->acclo,
+                           .acchi = cpu->acchi,
+                           .scompare1 = cpu->scompare1,
+                           .lbeg = cpu->lbeg,
+                           .lend = cpu->lend,
+                           .lcount = cpu->lcount,
+                           .windowbase = cpu->window_base,
+                           .windowstart = cpu->window_start,
+                           .epc1 = cpu->epc[1],
+                           .exccause = cpu->exccause,
+                           .excvaddr = cpu->excvaddr,
+                           .vecbase = cpu->vecbase,
+                           .cpenable = cpu->cpenable,
+                           .intenable = cpu->intenable,
+                           .interrupt = cpu_interrupts(cpu)};
+    memcpy(out->a, cpu->a, sizeof out->a);
+    memcpy(out->f, cpu->f, sizeof out->f);
+}
+
+void es_cpu_set(struct esp *esp, const struct es_cpu *in) {
+    struct cpu *cpu = &esp->cpu;
+    window_rotate(cpu, (int)(in->windowbase & 15) - (int)cpu->window_base);
+    cpu->pc = in->pc;
+    cpu->ps = in->ps;
+    cpu->sar = in->sar;
+    cpu->br = in->br;
+    cpu->acclo = in->acclo;
+    cpu->acchi = in->acchi;
+    cpu->scompare1 = in->scompare1;
+    cpu->lbeg = in->lbeg;
+    cpu->lend = in->lend;
+    cpu->lcount = in->lcount;
+    cpu->window_start = in->windowstart;
+    cpu->epc[1] = in->epc1;
+    cpu->exccause = in->exccause;
+    cpu->excvaddr = in->excvaddr;
+    cpu->vecbase = in->vecbase;
+    cpu->cpenable = in->cpenable;
+    cpu->intenable = in->intenable;
+    memcpy(cpu->a, in->a, sizeof cpu->a);
+    memcpy(cpu->f, in->f, sizeof cpu->f);
+    chip_look(esp);
+}
+
+uint32_t es_physical(struct esp *esp, unsigned number) {
+    window_rotate(&esp->cpu, 0); /* the present window, too */
+    return esp->cpu.physical[number % PHYSICAL];
+}

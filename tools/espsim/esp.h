@@ -1,0 +1,266 @@
+/* SPDX-License-Identifier: MIT
+ * The inside of the virtual chip, for the files of this folder only.
+ *
+ *   cpu.c        the loop over decoded instructions; instructions.def is its table
+ *   decode.c     bytes -> struct op
+ *   window.c     register windows: overflow, underflow, entry, retw
+ *   exception.c  exceptions, interrupts, reset
+ *   special.c    special and user registers
+ *   fpu.c mac.c  floating point; the multiplier's accumulator
+ *   bus.c        addresses -> memories, registers of peripherals
+ *   load.c       ELF files and images
+ *   rom.c        functions of the boot ROM, done by this computer
+ *   gpio.c timer.c matrix.c uart.c   the peripherals
+ *   chip.c       time */
+#ifndef WIFICNC_ESPSIM_ESP_H
+#define WIFICNC_ESPSIM_ESP_H
+
+#include "espsim.h"
+
+_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "memories have the chip's order of bytes");
+
+#define NEVER UINT64_MAX
+
+enum {
+    PAGE_BITS = 12,
+    PAGE = 1 << PAGE_BITS,
+    PAGES = 1 << (32 - PAGE_BITS),
+    PHYSICAL = 64, /* address registers */
+    LEVELS = 8,
+    TIMERS = 3,
+    MEMORIES = 12,
+    BLOCKS = 12,
+    SOURCES = 128, /* of interrupts */
+    ROM_DEPTH = 8,
+    UART_FIFO = 128,
+};
+
+/* PS */
+enum {
+    PS_LEVEL = 15,
+    PS_EXCM = 1 << 4,
+    PS_UM = 1 << 5,
+    PS_OWB = 0xF00,
+    PS_OWB_SHIFT = 8,
+    PS_CALLINC = 3 << 16,
+    PS_CALLINC_SHIFT = 16,
+    PS_WOE = 1 << 18,
+    EXCM_LEVEL = 3, /* what PS.EXCM holds off */
+};
+
+enum cause {
+    CAUSE_ILLEGAL = 0,
+    CAUSE_SYSCALL = 1,
+    CAUSE_LOAD_STORE = 3,
+    CAUSE_LEVEL1 = 4,
+    CAUSE_ALLOCA = 5,
+    CAUSE_DIVIDE = 6,
+    CAUSE_UNALIGNED = 9,
+    CAUSE_NO_FPU = 32,
+};
+
+/* Interrupts inside of the processor (core-isa.h of both chips: the same). */
+enum {
+    INTERRUPT_TIMER0 = 6,
+    INTERRUPT_SOFTWARE0 = 7,
+    INTERRUPT_PROFILING = 11,
+    INTERRUPT_TIMER1 = 15,
+    INTERRUPT_TIMER2 = 16,
+    INTERRUPT_SOFTWARE1 = 29,
+};
+#define INTERRUPTS_SOFTWARE (1u << INTERRUPT_SOFTWARE0 | 1u << INTERRUPT_SOFTWARE1)
+#define INTERRUPTS_EDGE     (1u << 10 | 1u << 22 | 1u << 28 | 1u << 30)
+#define INTERRUPTS_INSIDE                                                                                    \
+    (INTERRUPTS_SOFTWARE | 1u << INTERRUPT_TIMER0 | 1u << INTERRUPT_TIMER1 | 1u << INTERRUPT_TIMER2 |        \
+     1u << INTERRUPT_PROFILING)
+
+struct cpu {
+    uint32_t a[16]; /* of the present window; the others lie in `physical` */
+    uint32_t f[16];
+    uint32_t pc, next; /* the present instruction, and the one after it */
+    bool broken;       /* the present instruction met an exception */
+    bool waits;        /* WAITI: until an interrupt */
+    uint32_t physical[PHYSICAL];
+    uint32_t window_base, window_start;
+    uint32_t ps, sar, br, acclo, acchi, scompare1, m[4];
+    uint32_t lbeg, lend, lcount;
+    uint32_t epc[LEVELS], eps[LEVELS], excsave[LEVELS], depc;
+    uint32_t exccause, excvaddr, debugcause, vecbase, cpenable;
+    uint32_t intenable, latched, lines; /* interrupts: latched ones, and what the matrix says */
+    uint32_t ccount_from;               /* CCOUNT at cycle 0 */
+    uint32_t ccompare[TIMERS];
+    uint64_t timer_at[TIMERS]; /* cycle of the next match */
+    uint32_t misc[4], memctl, atomctl, threadptr, fcr, fsr, expstate;
+};
+
+/* An instruction, decoded. */
+struct op {
+    uint8_t kind, size; /* size: bytes */
+    uint8_t top;        /* the greatest register it uses, in fours: 0 .. 3 */
+    uint8_t r, s, t;
+    uint16_t other;
+    int32_t imm; /* operand, distance, or the address it goes to */
+};
+
+struct memory {
+    const char *name;
+    uint32_t base, size;
+    uint8_t *bytes;
+    bool words_only; /* the instruction bus: aligned words, and the only place of code */
+    bool constant;
+};
+
+/* Registers of a peripheral. @param offset  from its first */
+struct block {
+    const char *name;
+    uint32_t base, size;
+    uint32_t (*load)(struct esp *, uint32_t offset);
+    void (*store)(struct esp *, uint32_t offset, uint32_t value);
+};
+
+/* A timer of a timer group: where it stood at a moment, and since then it counts. */
+struct timer {
+    uint32_t config, load_low, load_high, alarm_low, alarm_high, latched_low, latched_high;
+    uint64_t since, from; /* cycle at which the counter was `from` */
+    uint64_t alarm_at;
+};
+struct timer_group {
+    struct timer timer[2];
+    uint32_t enabled, raw; /* interrupts */
+    uint32_t watchdog[8];
+};
+
+struct gpio {
+    bool watched; /* some pin may interrupt */
+    uint32_t out[2], enable[2], driven[2], drive[2], level[2];
+    uint32_t status[2], pin[ES_PINS], routed[ES_PINS], input[256];
+};
+
+struct uart {
+    uint32_t divider, config0, config1, memory_config, enabled, raw;
+    uint8_t rx[UART_FIFO], tx[UART_FIFO];
+    uint32_t rx_count, tx_count;
+    uint64_t tx_at, rx_at, timeout_at; /* when a byte has gone, has come, and none has come for long */
+    uint8_t *in, *out;
+    size_t in_count, in_at, in_room, out_count, out_room;
+};
+
+/* A function of the boot ROM that works. @param left  cycles */
+struct rom_work {
+    uint32_t address, stack;
+    uint64_t left;
+};
+
+struct symbol {
+    uint32_t address, size;
+    char *name;
+};
+
+struct esp {
+    enum es_chip chip;
+    struct cpu cpu;
+    uint64_t cycles, instructions, limit, next_event, asleep;
+    bool look; /* who interrupts, or when something happens next, may have changed */
+    enum es_stop stop;
+    char fault[256];
+    uint32_t stop_at;
+    bool stops, passes; /* stop_at holds; the next instruction may be at it */
+
+    struct memory memory[MEMORIES];
+    unsigned memory_count;
+    struct block block[BLOCKS];
+    unsigned block_count;
+    uint8_t **read, **write, **words; /* of each page: its bytes, where such an access is plain */
+    struct op **code;                 /* of each page: its instructions, one for each byte */
+
+    struct gpio gpio;
+    struct timer_group group[2];
+    struct uart uart;
+    uint8_t route[SOURCES]; /* the interrupt of a source */
+    uint32_t source[SOURCES / 32];
+
+    bool record_edges;
+    struct es_edge *edges;
+    size_t edge_count, edge_room;
+
+    struct rom_work rom_work[ROM_DEPTH];
+    unsigned rom_depth;
+
+    struct symbol *symbols;
+    size_t symbol_count, symbol_room;
+
+    struct es_level level[LEVELS];
+    uint64_t began[LEVELS];
+};
+
+#define INLINE static inline __attribute__((always_inline))
+
+/* chip.c */
+void chip_fault(struct esp *esp, const char *format, ...) __attribute__((format(printf, 2, 3)));
+void chip_look(struct esp *esp); /* after anything that may change who interrupts, or when */
+bool chip_grow(void *array, size_t *room, size_t count, size_t size);
+const char *chip_place(const struct esp *esp, uint32_t address,
+                       char text[96]); /* "function+12", or the address */
+uint32_t chip_ccount(const struct esp *esp);
+
+/* cpu.c */
+void cpu_run(struct esp *esp);
+void cpu_forget(struct esp *esp, uint32_t address, size_t count); /* code there has changed */
+/* decode.c */
+void decode(struct op *op, uint32_t word, uint32_t pc);
+/* window.c */
+unsigned window_room(const struct cpu *cpu); /* registers that are free, in fours: 0 .. 3 */
+void window_rotate(struct cpu *cpu, int by);
+void window_overflow(struct esp *esp, unsigned top);
+void window_entry(struct esp *esp, const struct op *op);
+void window_return(struct esp *esp);
+void window_movsp(struct esp *esp, const struct op *op);
+void window_handled(struct esp *esp, bool underflow);
+/* exception.c */
+void cpu_reset(struct esp *esp);
+void cpu_exception(struct esp *esp, enum cause cause);
+void cpu_exception_at(struct esp *esp, enum cause cause, uint32_t address);
+void cpu_debug(struct esp *esp, uint32_t cause);
+void cpu_vector(struct esp *esp, uint32_t offset);
+void cpu_return(struct esp *esp);                      /* RFE */
+void cpu_return_double(struct esp *esp);               /* RFDE */
+void cpu_return_from(struct esp *esp, unsigned level); /* RFI */
+bool cpu_interrupt(struct esp *esp);                   /* take one, if one asks and may. @return whether */
+uint32_t cpu_interrupts(const struct cpu *cpu);        /* INTERRUPT */
+/* special.c */
+void special_read(struct esp *esp, const struct op *op);
+void special_write(struct esp *esp, const struct op *op);
+void special_exchange(struct esp *esp, const struct op *op);
+void special_user_read(struct esp *esp, const struct op *op);
+void special_user_write(struct esp *esp, const struct op *op);
+void special_timers(struct esp *esp); /* let happen what is due */
+uint64_t special_next(const struct esp *esp);
+/* fpu.c, mac.c */
+void fpu_arithmetic(struct esp *esp, const struct op *op);
+void fpu_unary(struct esp *esp, const struct op *op);
+void fpu_compare(struct esp *esp, const struct op *op);
+void mac_execute(struct esp *esp, const struct op *op);
+/* bus.c: size 1, 2 or 4 bytes */
+bool bus_create(struct esp *esp);
+void bus_destroy(struct esp *esp);
+void bus_add(struct esp *esp, const struct block *block);
+uint32_t bus_load(struct esp *esp, uint32_t address, unsigned size);
+void bus_store(struct esp *esp, uint32_t address, uint32_t value, unsigned size);
+bool bus_fetch(struct esp *esp, uint32_t address, uint32_t *word); /* 4 bytes, or those that there are */
+uint8_t *bus_bytes(const struct esp *esp, uint32_t address, size_t count); /* NULL: no memory has them all */
+/* rom.c */
+bool rom_has(const struct esp *esp, uint32_t address);
+void rom_call(struct esp *esp);
+/* peripherals: their registers, when something happens next, let it happen */
+void gpio_create(struct esp *esp);
+void timers_create(struct esp *esp);
+uint64_t timers_next(const struct esp *esp);
+void timers_event(struct esp *esp);
+void matrix_create(struct esp *esp);
+void matrix_set(struct esp *esp, unsigned source, bool active);
+void matrix_update(struct esp *esp);
+void uart_create(struct esp *esp);
+uint64_t uart_next(const struct esp *esp);
+void uart_event(struct esp *esp);
+
+#endif

@@ -1,0 +1,104 @@
+/* SPDX-License-Identifier: MIT
+ * A virtual ESP32 or ESP32-S3: one core and the peripherals that the step engine uses.
+ *
+ * Instruction-exact, not cycle-exact: every instruction takes one cycle of 1/240 us, and time goes from event
+ * to event. One thread a chip; many chips may live in one process. Whatever is not emulated stops the chip
+ * with ES_FAULT and a sentence that names the address and the function. */
+#ifndef WIFICNC_ESPSIM_H
+#define WIFICNC_ESPSIM_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+struct esp;
+
+enum es_chip { ES_ESP32, ES_ESP32S3 };
+
+enum { ES_CPU_HZ = 240000000, ES_APB_HZ = 80000000, ES_PINS = 64 };
+
+/** Why es_run() came back. */
+enum es_stop {
+    ES_TIME,  /* the time asked for has come */
+    ES_FAULT, /* es_fault() is what is wrong; the chip stays stopped */
+    ES_PLACE, /* the program is at the address of es_stop_at() */
+};
+
+/** A chip after a reset, its memories empty. @return NULL: no memory */
+struct esp *es_create(enum es_chip chip);
+void es_destroy(struct esp *esp);
+
+/** Load a program and set the program counter to its entry: an ELF file, or an application image of ESP-IDF
+ * (as esptool makes it). Register windows are as after a reset, the stack pointer is at the end of data RAM.
+ * @return false: es_fault() is what is wrong, and nothing was loaded */
+bool es_load(struct esp *esp, const uint8_t *bytes, size_t count);
+
+/** Let it work until this cycle. */
+enum es_stop es_run(struct esp *esp, uint64_t until_cycle);
+
+/** Stop with ES_PLACE before this instruction, as often as it comes. One at a time. */
+void es_stop_at(struct esp *esp, uint32_t address);
+
+/** Cycles and instructions since es_create(). A cycle of a function of the boot ROM counts as an instruction.
+ */
+uint64_t es_cycles(const struct esp *esp);
+uint64_t es_instructions(const struct esp *esp);
+
+/** What stopped it, or "". */
+const char *es_fault(const struct esp *esp);
+
+/** Address of a symbol of the ELF file. @return 0: it has none of this name */
+uint32_t es_symbol(const struct esp *esp, const char *name);
+
+/* ---- memory, as a debugger sees it: registers of peripherals are no part of it ---- */
+
+bool es_write(struct esp *esp, uint32_t address, const uint8_t *bytes, size_t count);
+bool es_read(const struct esp *esp, uint32_t address, uint8_t *bytes, size_t count);
+
+/* ---- the processor ---- */
+
+struct es_cpu {
+    uint32_t a[16]; /* of the present window */
+    uint32_t f[16]; /* bits of the floating-point registers */
+    uint32_t pc, ps, sar, br, acclo, acchi, scompare1;
+    uint32_t lbeg, lend, lcount;
+    uint32_t windowbase, windowstart;
+    uint32_t epc1, exccause, excvaddr, vecbase, cpenable, intenable, interrupt;
+};
+void es_cpu_get(const struct esp *esp, struct es_cpu *out);
+/** The field interrupt is ignored. */
+void es_cpu_set(struct esp *esp, const struct es_cpu *in);
+/** A physical register of the 64, whatever window it is in. @param number  0 .. 63 */
+uint32_t es_physical(struct esp *esp, unsigned number);
+
+/* ---- pins ---- */
+
+/** Drive a pin from outside. @param level  0, 1, or -1: nothing drives it, and it reads 0 */
+void es_pin_drive(struct esp *esp, unsigned pin, int level);
+int es_pin_level(const struct esp *esp, unsigned pin);
+
+/** A change of an output pin. Recorded from es_record_edges() on. */
+struct es_edge {
+    uint64_t cycle;
+    uint8_t pin, level;
+};
+void es_record_edges(struct esp *esp, bool on);
+/** Take edges, oldest first. @return how many */
+size_t es_edges(struct esp *esp, struct es_edge *out, size_t room);
+
+/* ---- UART 0 ---- */
+
+/** Bytes for the receiver, one after the other at the speed of its divider. */
+void es_uart_put(struct esp *esp, const uint8_t *bytes, size_t count);
+/** Take what the transmitter has sent. @return bytes copied */
+size_t es_uart_get(struct esp *esp, uint8_t *bytes, size_t size);
+
+/* ---- measurements ---- */
+
+/** Interrupts of a level, from the first instruction of its vector to its RFI. */
+struct es_level {
+    uint64_t count, cycles, most;
+};
+void es_level(const struct esp *esp, unsigned level, struct es_level *out);
+
+#endif

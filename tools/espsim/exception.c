@@ -1,0 +1,129 @@
+/* SPDX-License-Identifier: MIT
+ * Exceptions, interrupts, reset. Xtensa ISA Reference Manual, chapters Exception Option and High-Priority
+ * Interrupt Option; the vectors' places and the levels are those of core-isa.h of both chips. */
+#include "esp.h"
+
+#include <string.h>
+
+enum { VECTOR_KERNEL = 0x300, VECTOR_USER = 0x340, VECTOR_DOUBLE = 0x3C0, LEVEL_DEBUG = 6, LEVEL_NMI = 7 };
+
+static const uint32_t level_vectors[LEVELS] = {0, 0, 0x180, 0x1C0, 0x200, 0x240, 0x280, 0x2C0};
+
+/* Of interrupts 0 .. 31. */
+static const uint8_t levels[32] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 3, 1, 1, 7, 3,
+                                   5, 1, 1, 2, 2, 2, 3, 3, 4, 4, 5, 3, 4, 3, 4, 5};
+
+void cpu_vector(struct esp *esp, uint32_t offset) {
+    esp->cpu.next = esp->cpu.vecbase + offset;
+    esp->cpu.broken = true;
+    esp->cpu.waits = false;
+}
+
+static void user_or_kernel(struct esp *esp, enum cause cause, uint32_t from) {
+    struct cpu *cpu = &esp->cpu;
+    cpu->exccause = cause;
+    if ((cpu->ps & PS_EXCM) != 0) {
+        cpu->depc = from;
+        cpu_vector(esp, VECTOR_DOUBLE);
+        return;
+    }
+    cpu->epc[1] = from;
+    cpu_vector(esp, (cpu->ps & PS_UM) != 0 ? VECTOR_USER : VECTOR_KERNEL);
+    cpu->ps |= PS_EXCM;
+}
+
+void cpu_exception(struct esp *esp, enum cause cause) {
+    user_or_kernel(esp, cause, esp->cpu.pc);
+}
+
+void cpu_exception_at(struct esp *esp, enum cause cause, uint32_t address) {
+    esp->cpu.excvaddr = address;
+    user_or_kernel(esp, cause, esp->cpu.pc);
+}
+
+static void enter_level(struct esp *esp, unsigned level, uint32_t from) {
+    struct cpu *cpu = &esp->cpu;
+    cpu->epc[level] = from;
+    cpu->eps[level] = cpu->ps;
+    cpu->ps = (cpu->ps & ~(uint32_t)PS_LEVEL) | level | PS_EXCM;
+    cpu_vector(esp, level_vectors[level]);
+}
+
+/* BREAK without a debugger: the debug exception. */
+void cpu_debug(struct esp *esp, uint32_t cause) {
+    if ((esp->cpu.ps & PS_LEVEL) >= LEVEL_DEBUG)
+        return;
+    esp->cpu.debugcause = cause;
+    enter_level(esp, LEVEL_DEBUG, esp->cpu.pc);
+}
+
+void cpu_return(struct esp *esp) {
+    esp->cpu.ps &= ~(uint32_t)PS_EXCM;
+    esp->cpu.next = esp->cpu.epc[1];
+    chip_look(esp);
+}
+
+void cpu_return_double(struct esp *esp) {
+    esp->cpu.next = esp->cpu.depc;
+}
+
+void cpu_return_from(struct esp *esp, unsigned level) {
+    struct es_level *measured = &esp->level[level];
+    esp->cpu.ps = esp->cpu.eps[level];
+    esp->cpu.next = esp->cpu.epc[level];
+    chip_look(esp);
+    if (esp->began[level] == NEVER)
+        return;
+    const uint64_t cycles = esp->cycles - esp->began[level];
+    measured->count++;
+    measured->cycles += cycles;
+    measured->most = cycles > measured->most ? cycles : measured->most;
+    esp->began[level] = NEVER;
+}
+
+uint32_t cpu_interrupts(const struct cpu *cpu) {
+    return cpu->latched | (cpu->lines & ~(INTERRUPTS_INSIDE | INTERRUPTS_EDGE));
+}
+
+/* The highest level that asks. */
+static unsigned asking(const struct cpu *cpu) {
+    unsigned level = 0;
+    for (uint32_t left = cpu_interrupts(cpu) & (cpu->intenable | 1u << 14); left != 0; left &= left - 1) {
+        const unsigned number = (unsigned)__builtin_ctz(left);
+        level = levels[number] > level ? levels[number] : level;
+    }
+    return level;
+}
+
+bool cpu_interrupt(struct esp *esp) {
+    struct cpu *cpu = &esp->cpu;
+    const unsigned level = asking(cpu);
+    unsigned held = cpu->ps & PS_LEVEL;
+    if ((cpu->ps & PS_EXCM) != 0 && held < EXCM_LEVEL)
+        held = EXCM_LEVEL;
+    if (level == 0 || (level <= held && level != LEVEL_NMI))
+        return false;
+    if (level == 1)
+        user_or_kernel(esp, CAUSE_LEVEL1, cpu->pc);
+    else {
+        enter_level(esp, level, cpu->pc);
+        esp->began[level] = esp->cycles;
+    }
+    cpu->pc = cpu->next;
+    return true;
+}
+
+void cpu_reset(struct esp *esp) {
+    struct cpu *cpu = &esp->cpu;
+    memset(cpu, 0, sizeof *cpu);
+    cpu->ps = PS_LEVEL | PS_EXCM;
+    cpu->window_start = 1;
+    cpu->vecbase = 0x40000000u;
+    cpu->atomctl = 0x28;
+    cpu->ccount_from = (uint32_t)(0 - esp->cycles);
+    esp->rom_depth = 0;
+    for (unsigned level = 0; level < LEVELS; level++)
+        esp->began[level] = NEVER;
+    for (unsigned timer = 0; timer < TIMERS; timer++)
+        cpu->timer_at[timer] = NEVER;
+}

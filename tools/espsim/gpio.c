@@ -1,0 +1,231 @@
+/* SPDX-License-Identifier: MIT
+ * GPIO registers and the matrix behind them, as far as a pin is driven by its GPIO register: with its
+ * inversion. Each change of an output pin is recorded with its cycle. */
+#include "esp.h"
+
+#include <string.h>
+
+enum {
+    OUT = 0x04, /* OUT, OUT_W1TS, OUT_W1TC of bank 0, then of bank 1 */
+    OUT_END = 0x1C,
+    ENABLE = 0x20, /* ENABLE, ENABLE_W1TS, ENABLE_W1TC of bank 0, then of bank 1 */
+    ENABLE_END = 0x38,
+    STRAP = 0x38,
+    IN = 0x3C,
+    IN1 = 0x40,
+    STATUS = 0x44, /* STATUS, STATUS_W1TS, STATUS_W1TC of bank 0, then of bank 1 */
+    STATUS_END = 0x5C,
+    BLOCK_SIZE = 0x640,
+};
+enum { SIGNAL_GPIO = 256, SIGNAL_MASK = 0x1FF, ROUTE_INVERTS = 1 << 9, STRAP_FLASH = 0x13 };
+
+static const unsigned interrupt_source[2] = {22, 16};
+
+static uint32_t pins_at(const struct esp *esp) {
+    return esp->chip == ES_ESP32 ? 0x88 : 0x74;
+}
+
+static uint32_t inputs_at(const struct esp *esp) {
+    return esp->chip == ES_ESP32 ? 0x130 : 0x154;
+}
+
+static uint32_t outputs_at(const struct esp *esp) {
+    return esp->chip == ES_ESP32 ? 0x530 : 0x554;
+}
+
+/* PCPU_INT of bank 0; that of bank 1 lies `bank1_behind` after it. */
+static uint32_t asking_at(const struct esp *esp) {
+    return esp->chip == ES_ESP32 ? 0x68 : 0x5C;
+}
+
+static uint32_t bank1_behind(const struct esp *esp) {
+    return esp->chip == ES_ESP32 ? 0x14 : 0x0C;
+}
+
+/* GPIO_PINn.INT_ENA: the bit of core 0's interrupt. */
+static uint32_t core0_enabled(const struct esp *esp) {
+    return esp->chip == ES_ESP32 ? 1u << 15 : 1u << 13;
+}
+
+static unsigned pins_of(const struct esp *esp) {
+    return esp->chip == ES_ESP32 ? 40 : 49;
+}
+
+/* ---- levels ---- */
+
+static void record(struct esp *esp, unsigned pin, bool level) {
+    if (!esp->record_edges ||
+        !chip_grow(&esp->edges, &esp->edge_room, esp->edge_count + 1, sizeof *esp->edges))
+        return;
+    esp->edges[esp->edge_count++] =
+        (struct es_edge){.cycle = esp->cycles, .pin = (uint8_t)pin, .level = (uint8_t)level};
+}
+
+static uint32_t level_of(const struct gpio *gpio, unsigned bank, uint32_t inverted) {
+    const uint32_t driven = gpio->drive[bank] & gpio->driven[bank];
+    return ((gpio->out[bank] ^ inverted) & gpio->enable[bank]) | (driven & ~gpio->enable[bank]);
+}
+
+static uint32_t inverted(const struct esp *esp, unsigned bank) {
+    uint32_t bits = 0;
+    for (unsigned bit = 0; bit < 32; bit++)
+        if ((esp->gpio.routed[32 * bank + bit] & ROUTE_INVERTS) != 0)
+            bits |= 1u << bit;
+    return bits;
+}
+
+/* ---- interrupts ---- */
+
+enum { RISING = 1, FALLING = 2, EDGES = 3, LOW = 4, HIGH = 5 };
+
+/* @return whether the pin has what its GPIO_PINn.INT_TYPE is for */
+static bool is_met(uint32_t type, bool level, bool has_changed) {
+    switch (type) {
+    case RISING:
+        return has_changed && level;
+    case FALLING:
+        return has_changed && !level;
+    case EDGES:
+        return has_changed;
+    case LOW:
+        return !level;
+    case HIGH:
+        return level;
+    default:
+        return false;
+    }
+}
+
+static uint32_t asking(const struct esp *esp, unsigned bank) {
+    uint32_t enabled = 0;
+    for (unsigned bit = 0; bit < 32; bit++)
+        if ((esp->gpio.pin[32 * bank + bit] & core0_enabled(esp)) != 0)
+            enabled |= 1u << bit;
+    return esp->gpio.status[bank] & enabled;
+}
+
+static void notice(struct esp *esp, unsigned bank, uint32_t changed) {
+    struct gpio *gpio = &esp->gpio;
+    for (unsigned bit = 0; bit < 32; bit++) {
+        const uint32_t type = gpio->pin[32 * bank + bit] >> 7 & 7;
+        if (type != 0 && is_met(type, (gpio->level[bank] >> bit & 1) != 0, (changed >> bit & 1) != 0))
+            gpio->status[bank] |= 1u << bit;
+    }
+    matrix_set(esp, interrupt_source[esp->chip], (asking(esp, 0) | asking(esp, 1)) != 0);
+}
+
+static void update(struct esp *esp, unsigned bank) {
+    struct gpio *gpio = &esp->gpio;
+    const uint32_t now = level_of(gpio, bank, inverted(esp, bank)), changed = now ^ gpio->level[bank];
+    gpio->level[bank] = now;
+    if (gpio->watched)
+        notice(esp, bank, changed);
+    for (uint32_t left = changed & gpio->enable[bank]; left != 0; left &= left - 1) {
+        const unsigned bit = (unsigned)__builtin_ctz(left);
+        record(esp, 32 * bank + bit, (now >> bit & 1) != 0);
+    }
+}
+
+/* ---- registers ---- */
+
+/* Three registers a bank: the word, bits to set, bits to clear. @param at  from the first of bank 0 */
+static unsigned set_or_clear(uint32_t word[2], uint32_t at, uint32_t value) {
+    const unsigned bank = at / 12;
+    if (at % 12 == 0)
+        word[bank] = value;
+    else if (at % 12 == 4)
+        word[bank] |= value;
+    else
+        word[bank] &= ~value;
+    return bank;
+}
+
+static void route(struct esp *esp, unsigned pin, uint32_t value) {
+    if ((value & SIGNAL_MASK) != SIGNAL_GPIO)
+        chip_fault(esp, "GPIO %u is routed to the signal %u, which is not emulated", pin,
+                   value & SIGNAL_MASK);
+    esp->gpio.routed[pin] = value;
+    update(esp, pin / 32);
+}
+
+static void store(struct esp *esp, uint32_t offset, uint32_t value) {
+    struct gpio *gpio = &esp->gpio;
+    const uint32_t pins = pins_at(esp), inputs = inputs_at(esp), outputs = outputs_at(esp),
+                   count = pins_of(esp);
+    if (offset >= OUT && offset < OUT_END)
+        update(esp, set_or_clear(gpio->out, offset - OUT, value));
+    else if (offset >= ENABLE && offset < ENABLE_END)
+        update(esp, set_or_clear(gpio->enable, offset - ENABLE, value));
+    else if (offset >= STATUS && offset < STATUS_END)
+        notice(esp, set_or_clear(gpio->status, offset - STATUS, value), 0);
+    else if (offset - pins < 4 * count) {
+        gpio->pin[(offset - pins) / 4] = value;
+        gpio->watched |= (value >> 7 & 7) != 0;
+        notice(esp, (offset - pins) / 4 / 32, 0);
+    } else if (offset - inputs < 4 * 256)
+        gpio->input[(offset - inputs) / 4] = value;
+    else if (offset - outputs < 4 * count)
+        route(esp, (offset - outputs) / 4, value);
+    else
+        chip_fault(esp, "the GPIO register %03x is not emulated", offset);
+}
+
+static uint32_t load(struct esp *esp, uint32_t offset) {
+    const struct gpio *gpio = &esp->gpio;
+    const uint32_t pins = pins_at(esp), inputs = inputs_at(esp), outputs = outputs_at(esp),
+                   count = pins_of(esp);
+    if (offset >= OUT && offset < OUT_END)
+        return (offset - OUT) % 12 == 0 ? gpio->out[(offset - OUT) / 12] : 0;
+    if (offset >= ENABLE && offset < ENABLE_END)
+        return (offset - ENABLE) % 12 == 0 ? gpio->enable[(offset - ENABLE) / 12] : 0;
+    if (offset >= STATUS && offset < STATUS_END)
+        return (offset - STATUS) % 12 == 0 ? gpio->status[(offset - STATUS) / 12] : 0;
+    if (offset == IN || offset == IN1)
+        return gpio->level[(offset - IN) / 4];
+    if (offset == asking_at(esp) || offset == asking_at(esp) + bank1_behind(esp))
+        return asking(esp, offset == asking_at(esp) ? 0 : 1);
+    if (offset == STRAP)
+        return STRAP_FLASH;
+    if (offset - pins < 4 * count)
+        return gpio->pin[(offset - pins) / 4];
+    if (offset - inputs < 4 * 256)
+        return gpio->input[(offset - inputs) / 4];
+    if (offset - outputs < 4 * count)
+        return gpio->routed[(offset - outputs) / 4];
+    chip_fault(esp, "the GPIO register %03x is not emulated", offset);
+    return 0;
+}
+
+void gpio_create(struct esp *esp) {
+    bus_add(esp, &(struct block){"GPIO", esp->chip == ES_ESP32 ? 0x3FF44000 : 0x60004000, BLOCK_SIZE, load,
+                                 store});
+    for (unsigned pin = 0; pin < ES_PINS; pin++)
+        esp->gpio.routed[pin] = SIGNAL_GPIO;
+}
+
+/* ---- from outside ---- */
+
+void es_pin_drive(struct esp *esp, unsigned pin, int level) {
+    struct gpio *gpio = &esp->gpio;
+    const uint32_t bit = 1u << pin % 32;
+    const unsigned bank = pin / 32 & 1;
+    gpio->driven[bank] = level < 0 ? gpio->driven[bank] & ~bit : gpio->driven[bank] | bit;
+    gpio->drive[bank] = level > 0 ? gpio->drive[bank] | bit : gpio->drive[bank] & ~bit;
+    update(esp, bank);
+}
+
+int es_pin_level(const struct esp *esp, unsigned pin) {
+    return (int)(esp->gpio.level[pin / 32 & 1] >> pin % 32 & 1);
+}
+
+void es_record_edges(struct esp *esp, bool on) {
+    esp->record_edges = on;
+}
+
+size_t es_edges(struct esp *esp, struct es_edge *out, size_t room) {
+    const size_t count = esp->edge_count < room ? esp->edge_count : room;
+    memcpy(out, esp->edges, count * sizeof *out);
+    memmove(esp->edges, esp->edges + count, (esp->edge_count - count) * sizeof *out);
+    esp->edge_count -= count;
+    return count;
+}

@@ -1,0 +1,221 @@
+"""The virtual ESP32 seen from Python: espsim.h by ctypes, with types."""
+
+from __future__ import annotations
+
+import ctypes
+from ctypes import POINTER, Structure, c_bool, c_char_p, c_int, c_size_t, c_uint, c_uint8, c_uint32, c_uint64
+from ctypes import c_void_p as _CHIP
+from enum import IntEnum
+from functools import cache
+from typing import Any
+
+from wificnc.build.mzsim import ensure_chip_library
+from wificnc.errors import BuildError
+
+CPU_HZ = 240_000_000
+ROOM = 1 << 16  # edges taken out of the library in one call
+
+
+class Chip(IntEnum):
+    """enum es_chip"""
+
+    ESP32 = 0
+    ESP32S3 = 1
+
+
+class Stop(IntEnum):
+    """enum es_stop"""
+
+    TIME = 0
+    FAULT = 1
+    PLACE = 2
+
+
+class ChipFault(Exception):
+    """The program did what is not emulated, or the file is no program for the chip."""
+
+
+class Cpu(Structure):
+    """struct es_cpu"""
+
+    _fields_ = (
+        ("a", c_uint32 * 16),
+        ("f", c_uint32 * 16),
+        *((name, c_uint32) for name in ("pc", "ps", "sar", "br", "acclo", "acchi", "scompare1")),
+        *((name, c_uint32) for name in ("lbeg", "lend", "lcount", "windowbase", "windowstart")),
+        *((name, c_uint32) for name in ("epc1", "exccause", "excvaddr", "vecbase", "cpenable", "intenable")),
+        ("interrupt", c_uint32),
+    )
+
+
+class Edge(Structure):
+    """struct es_edge"""
+
+    _fields_ = (("cycle", c_uint64), ("pin", c_uint8), ("level", c_uint8))
+
+
+class Level(Structure):
+    """struct es_level, cycles"""
+
+    _fields_ = tuple((name, c_uint64) for name in ("count", "cycles", "most"))
+
+
+PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
+    "es_create": (_CHIP, (c_int,)),
+    "es_destroy": (None, (_CHIP,)),
+    "es_load": (c_bool, (_CHIP, c_char_p, c_size_t)),
+    "es_run": (c_int, (_CHIP, c_uint64)),
+    "es_stop_at": (None, (_CHIP, c_uint32)),
+    "es_cycles": (c_uint64, (_CHIP,)),
+    "es_instructions": (c_uint64, (_CHIP,)),
+    "es_fault": (c_char_p, (_CHIP,)),
+    "es_symbol": (c_uint32, (_CHIP, c_char_p)),
+    "es_write": (c_bool, (_CHIP, c_uint32, c_char_p, c_size_t)),
+    "es_read": (c_bool, (_CHIP, c_uint32, c_char_p, c_size_t)),
+    "es_cpu_get": (None, (_CHIP, POINTER(Cpu))),
+    "es_cpu_set": (None, (_CHIP, POINTER(Cpu))),
+    "es_physical": (c_uint32, (_CHIP, c_uint)),
+    "es_pin_drive": (None, (_CHIP, c_uint, c_int)),
+    "es_pin_level": (c_int, (_CHIP, c_uint)),
+    "es_record_edges": (None, (_CHIP, c_bool)),
+    "es_edges": (c_size_t, (_CHIP, POINTER(Edge), c_size_t)),
+    "es_uart_put": (None, (_CHIP, c_char_p, c_size_t)),
+    "es_uart_get": (c_size_t, (_CHIP, c_char_p, c_size_t)),
+    "es_level": (None, (_CHIP, c_uint, POINTER(Level))),
+}
+
+
+@cache
+def load_espsim() -> ctypes.CDLL:
+    """The library, built when stale, with its types. Raises BuildError."""
+    path = ensure_chip_library("espsim")
+    try:
+        library = ctypes.CDLL(str(path))
+        for name, (result, arguments) in PROTOTYPES.items():
+            function = getattr(library, name)
+            function.restype = result
+            function.argtypes = arguments
+    except (OSError, AttributeError) as err:
+        raise BuildError(f"{path.name} cannot be used: {err}") from err
+    return library
+
+
+class VirtualChip:
+    """One struct esp. Times are cycles of 1/240 us."""
+
+    def __init__(self, chip: Chip = Chip.ESP32) -> None:
+        self._library = load_espsim()
+        self._chip = self._library.es_create(chip)
+        if not self._chip:
+            raise MemoryError("es_create")
+
+    def __enter__(self) -> VirtualChip:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._library.es_destroy(self._chip)
+        self._chip = None
+
+    def load(self, program: bytes) -> None:
+        """An ELF file, or an image of ESP-IDF. Raises ChipFault."""
+        if not self._library.es_load(self._chip, program, len(program)):
+            raise ChipFault(self.fault)
+
+    @property
+    def cycles(self) -> int:
+        return int(self._library.es_cycles(self._chip))
+
+    @property
+    def instructions(self) -> int:
+        return int(self._library.es_instructions(self._chip))
+
+    @property
+    def fault(self) -> str:
+        return str(self._library.es_fault(self._chip).decode())
+
+    def run_until(self, cycle: int) -> Stop:
+        """Let it work. Raises ChipFault."""
+        stop = Stop(self._library.es_run(self._chip, cycle))
+        if stop == Stop.FAULT:
+            raise ChipFault(self.fault)
+        return stop
+
+    def run(self, cycles: int) -> Stop:
+        """Let it work for so many cycles. Raises ChipFault."""
+        return self.run_until(self.cycles + cycles)
+
+    def stop_at(self, address: int) -> None:
+        """Stop before this instruction: run() returns Stop.PLACE."""
+        self._library.es_stop_at(self._chip, address)
+
+    def symbol(self, name: str) -> int:
+        """Address of a symbol of the ELF file. Raises KeyError."""
+        address = int(self._library.es_symbol(self._chip, name.encode()))
+        if address == 0:
+            raise KeyError(name)
+        return address
+
+    # ---- memory and processor ----
+
+    def write(self, address: int, data: bytes) -> None:
+        """Raises ValueError where there is no memory."""
+        if not self._library.es_write(self._chip, address, data, len(data)):
+            raise ValueError(f"no memory for {len(data)} bytes at {address:#010x}")
+
+    def read(self, address: int, count: int) -> bytes:
+        """Raises ValueError where there is no memory."""
+        data = ctypes.create_string_buffer(count)
+        if not self._library.es_read(self._chip, address, data, count):
+            raise ValueError(f"no memory with {count} bytes at {address:#010x}")
+        return data.raw
+
+    def cpu(self) -> Cpu:
+        cpu = Cpu()
+        self._library.es_cpu_get(self._chip, ctypes.byref(cpu))
+        return cpu
+
+    def set_cpu(self, cpu: Cpu) -> None:
+        self._library.es_cpu_set(self._chip, ctypes.byref(cpu))
+
+    def physical(self, number: int) -> int:
+        """A physical address register, 0 .. 63."""
+        return int(self._library.es_physical(self._chip, number))
+
+    # ---- pins ----
+
+    def drive(self, pin: int, level: int) -> None:
+        """From outside. @param level  0, 1, or -1: nothing drives it"""
+        self._library.es_pin_drive(self._chip, pin, level)
+
+    def level(self, pin: int) -> int:
+        return int(self._library.es_pin_level(self._chip, pin))
+
+    def record_edges(self) -> None:
+        self._library.es_record_edges(self._chip, True)
+
+    def edges(self) -> list[tuple[int, int, int]]:
+        """Cycle, pin, level of each change of an output since the last call."""
+        found: list[tuple[int, int, int]] = []
+        buffer = (Edge * ROOM)()
+        while count := self._library.es_edges(self._chip, buffer, ROOM):
+            found += [(edge.cycle, edge.pin, edge.level) for edge in buffer[:count]]
+        return found
+
+    # ---- UART 0 ----
+
+    def write_serial(self, data: bytes) -> None:
+        """For the receiver, at the speed of its divider."""
+        self._library.es_uart_put(self._chip, data, len(data))
+
+    def read_serial(self) -> bytes:
+        """What the transmitter has sent since the last call."""
+        data, buffer = b"", ctypes.create_string_buffer(ROOM)
+        while count := self._library.es_uart_get(self._chip, buffer, ROOM):
+            data += buffer.raw[:count]
+        return data
+
+    def interrupts(self, level: int) -> Level:
+        """What the interrupts of a level have taken, from their vector to RFI."""
+        measured = Level()
+        self._library.es_level(self._chip, level, ctypes.byref(measured))
+        return measured
