@@ -59,6 +59,10 @@ static uint32_t set_aside(struct rx *rx, uint32_t bits) {
     return bits;
 }
 
+void rx_close_aside(struct rx *rx) {
+    (void)set_aside(rx, REALTIME_RESUME);
+}
+
 void rx_request(struct rx *rx, uint32_t bits) {
     bits = set_aside(rx, bits);
     /* Jogs up to this byte are those that the hold or cancel was meant for; a jog that is sent after it

@@ -122,6 +122,9 @@ static inline enum rx_aside rx_aside(const struct rx *rx) {
     return (enum rx_aside)__atomic_load_n(&rx->aside, __ATOMIC_ACQUIRE);
 }
 
+/** [task] As if ~ had come: no more bytes than these are the operator's. */
+void rx_close_aside(struct rx *rx);
+
 /** [task] No bytes are the operator's from now on; those not read are of the job's stream. */
 static inline void rx_end_aside(struct rx *rx) {
     __atomic_store_n(&rx->aside, RX_ASIDE_NONE, __ATOMIC_RELEASE);

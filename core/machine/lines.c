@@ -174,7 +174,12 @@ static bool take_aside(struct machine *machine) {
         rx_drop_aside(rx, line_reader_take(&machine->lines.reader, bytes, count, &result));
     if (result == LINE_NONE)
         return false;
-    take_text(machine, result);
+    if (machine->park.silent) {
+        open_line(machine);
+        answer_line(machine, STATUS_LOCKED);
+    } else {
+        take_text(machine, result);
+    }
     machine->lines.from = rx->aside_from;
     return true;
 }

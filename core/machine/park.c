@@ -213,13 +213,13 @@ bool park_resume(struct machine *machine) {
 
 void park_lose_sender(struct machine *machine) {
     struct machine_park *park = &machine->park;
-    const uint8_t *bytes;
     if (!park->open && !park->asked)
         return;
     park_stop(machine);
     park->asked = false;
     park->silent = park->open;
-    for (size_t count; park->open && (count = rx_peek_aside(&machine->lines.rx, &bytes)) > 0;)
-        rx_drop_aside(&machine->lines.rx, count);
-    park_end_lines(machine);
+    if (park->open)
+        rx_close_aside(&machine->lines.rx);
+    else
+        rx_end_aside(&machine->lines.rx);
 }

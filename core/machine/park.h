@@ -17,11 +17,11 @@
 struct machine_task;
 
 struct machine_park {
-    bool asked;                    /* 0xA3 has come: as soon as the axes rest */
-    bool open;                     /* the operator's lines are read; the job's is in machine->aside */
-    bool resume_asked;             /* ~ has come: when the lines before it are done */
-    bool stops;                    /* its motion slows down and is discarded */
-    bool silent;                   /* the sender was lost: no lines are read before the next 0xA3 */
+    bool asked;        /* 0xA3 has come: as soon as the axes rest */
+    bool open;         /* the operator's lines are read; the job's is in machine->aside */
+    bool resume_asked; /* ~ has come: when the lines before it are done */
+    bool stops;        /* its motion slows down and is discarded */
+    bool silent; /* the sender was lost: its lines are refused, and none are read before the next 0xA3 */
     int32_t top_steps;             /* the highest Z of the operator's moves */
     int32_t end_steps[AXIS_COUNT]; /* where they end */
 };
@@ -32,7 +32,7 @@ void park_stop(struct machine *machine);
 /** ~. @return false: nothing is parked */
 bool park_resume(struct machine *machine);
 
-/** The sender is lost: its lines are dropped; ~ or 0xA3 of another one leads on. */
+/** The sender is lost: its lines are refused; ~ or 0xA3 of another one leads on. */
 void park_lose_sender(struct machine *machine);
 
 /** Alarm or reset: motion is halted. The job's line is the present one. */

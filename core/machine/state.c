@@ -80,7 +80,7 @@ bool state_go(struct machine *machine, enum machine_event event) {
  * command is due, nor while motion is a remote host's or on its way to it or back. */
 bool state_reads(const struct machine *machine) {
     if (machine->park.open)
-        return machine->life.state == MACHINE_HOLD && !machine->park.silent && !machine->park.stops;
+        return machine->life.state == MACHINE_HOLD && !machine->park.stops;
     return traits[machine->life.state].reads && !machine->suspend.cancels && !machine->life.reset_asked &&
            !machine->host.owns && machine->host.job.step == HOST_JOB_NONE;
 }

@@ -66,6 +66,7 @@ class Model:
     lines_ended: bool = False  # a ~ has ended the operator's lines, or the sender was lost
     resumes: bool = False  # ~ waits for the end of the operator's motion
     suspended: bool = False  # parked with spindle and coolant still stopped by what was before
+    refused: bool = False  # ... and are, as the sender was lost
     aside: list[str] = field(default_factory=list)  # lines of the operator that wait
     jobs: tuple[bool, int, int] = (False, 0, TEXT_RPM)  # spindle, coolant and rpm that it gets back
 
@@ -157,7 +158,8 @@ class Model:
             self.sender_gone = True
             return
         rule = self.table.cell(self.state, entry.name, self._conditions(entry.name))
-        if rule.answer == "waits":
+        behind = bool(self.aside) and entry.line is not None and self.state in PARKED and not self.lines_ended
+        if rule.answer == "waits" or behind:
             (self.aside if self.parked and not self.lines_ended else self.waiting).append(entry.name)
             return
         said.says += ordered(entry, rule)
@@ -235,15 +237,14 @@ class Model:
         )
         self.lines_ended |= resumes or entry.name == "sender_lost"
         self.resumes = (self.resumes or (resumes and self.state == "parked_moves")) and rule.motion != "dropped"
-        if entry.name == "sender_lost":
-            self.aside.clear()
+        self.refused |= entry.name == "sender_lost"
         if rule.next in ("critical", "estop"):
             self.waiting += self.aside
         if rule.motion == "halted":
             self._unpark()
 
     def _unpark(self) -> None:
-        self.parked = self.probes = self.lines_ended = self.resumes = self.suspended = False
+        self.parked = self.probes = self.lines_ended = self.resumes = self.suspended = self.refused = False
         self.aside.clear()
 
     def _answer(self, entry: Input, rule: Rule, said: Said) -> None:
@@ -344,11 +345,18 @@ class Model:
             self._take(self.table.inputs["door_opens"], said)
         if self.sender_gone and not self._owned:
             self._lose_late(said)
+        if self.refused and self.state in (*PARKED, "lost"):
+            said.answers += ["error:9"] * len(self.aside)
+            self.refused = False
+            self.aside.clear()
         while self.aside and self.state in PARKED:
             ended, self.lines_ended = self.lines_ended, False  # they came before the ~
             rule = self.table.cell(self.state, self.aside[0], self._conditions(self.aside[0]))
             if rule.answer != "waits":
-                self._take(self.table.inputs[self.aside.pop(0)], said)
+                name, *behind = self.aside
+                self.aside = []
+                self._take(self.table.inputs[name], said)
+                self.aside = behind
             self.lines_ended = ended
             if rule.answer == "waits":
                 return
