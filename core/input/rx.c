@@ -221,7 +221,8 @@ uint32_t rx_take_realtime(struct rx *rx) {
 }
 
 void rx_withdraw(struct rx *rx) {
-    __atomic_fetch_and(&rx->realtime, ~(uint32_t)REALTIME_RESUME, __ATOMIC_ACQ_REL);
+    const uint32_t bits = REALTIME_RESUME | REALTIME_PARK | REALTIME_PARK_LOST;
+    __atomic_fetch_and(&rx->realtime, ~bits, __ATOMIC_ACQ_REL);
     __atomic_store_n(&rx->override_index.tail, rx->override_index.head, __ATOMIC_RELEASE);
 }
 

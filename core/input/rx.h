@@ -136,7 +136,7 @@ bool rx_take_lost(struct rx *rx);
 /** [task] Real-time requests since the last call. */
 uint32_t rx_take_realtime(struct rx *rx);
 
-/** [task] Forget what would start or change something and was not taken yet: ~ and overrides. */
+/** [task] Forget what would start or change something and was not taken yet: ~, 0xA3 and overrides. */
 void rx_withdraw(struct rx *rx);
 
 /** [task] As if these real-time bytes had come now: buttons. @param bits  enum realtime */

@@ -213,8 +213,6 @@ bool park_resume(struct machine *machine) {
 
 void park_lose_sender(struct machine *machine) {
     struct machine_park *park = &machine->park;
-    if (!park->open && !park->asked)
-        return;
     park_stop(machine);
     park->asked = false;
     park->silent = park->open;

@@ -402,3 +402,15 @@ def test_a_resume_that_a_hold_takes_back(grbl: Grbl) -> None:
     grbl.after(0.1, "~")
     assert grbl.send("") == "ok\r\nerror:8\r\n"
     assert grbl.position() == [2500, STEPS, 0, 0, 0, 0]
+
+
+def test_a_sender_that_is_lost_with_its_last_byte(grbl: Grbl) -> None:
+    """0xA3 was not taken yet: nothing is parked, and its lines wait as those of any lost sender."""
+    started(grbl, "M3S1000\nG1X10F600\n", 0.5, "$75=0.1")
+    grbl.after(0.5, "!")
+    grbl.put(PARK + "M3S500\n$J=G91X-50F600\n")
+    grbl.lose_sender()
+    assert grbl.after(3) == "[MSG:Sender lost: feed hold]\r\n"
+    assert grbl.state() == "Hold:0" and grbl.outputs().spindle_direction == 0
+    at = grbl.position()
+    assert grbl.after(1) == "" and grbl.position() == at
