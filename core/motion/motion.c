@@ -320,9 +320,10 @@ static void widen(const double at_mm[AXIS_COUNT], double low_mm[AXIS_COUNT], dou
     }
 }
 
-static void walk(double at_mm[AXIS_COUNT], vec way, double low_mm[AXIS_COUNT], double high_mm[AXIS_COUNT]) {
+static void walk(double at_mm[AXIS_COUNT], const vec *way, double low_mm[AXIS_COUNT],
+                 double high_mm[AXIS_COUNT]) {
     float way_mm[AXIS_COUNT] = {0};
-    vec_store(way, way_mm);
+    vec_store(*way, way_mm);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         at_mm[ax] += (double)way_mm[ax];
     widen(at_mm, low_mm, high_mm);
@@ -341,10 +342,11 @@ void motion_bounds(const struct motion *motion, double low_mm[AXIS_COUNT], doubl
     widen(at_mm, low_mm, high_mm);
     for (uint32_t i = path->tail + (motion->emit.entered ? 1u : 0u); (int32_t)(path->head - i) > 0; i++) {
         const struct piece *piece = &path->pieces[i & (PLAN_SIZE - 1)];
-        walk(at_mm, piece->unit * piece->length_mm, low_mm, high_mm);
+        const vec chord = piece->unit * piece->length_mm;
+        walk(at_mm, &chord, low_mm, high_mm);
     }
     for (uint32_t i = path->blended + 1; (int32_t)(path->newest - i) >= 0; i++)
-        walk(at_mm, path->knots[i & (KNOT_RING - 1)].chord, low_mm, high_mm);
+        walk(at_mm, &path->knots[i & (KNOT_RING - 1)].chord, low_mm, high_mm);
     widen(plan->reduce.anchor_mm, low_mm, high_mm);
 }
 
