@@ -14,7 +14,9 @@ SETTLED_S = 7.0  # quiet after an alarm 0.5 s, a door's restoring 5 s
 REACHED_S = 1.0  # the same on the way to a situation
 LASTING = {"host_motion"}  # inputs whose situation comes later
 PULSE_S = 0.02
-PER_AXIS = tuple(f"${base + axis}={value}" for base, value in ((100, 10), (110, 5000), (120, 500), (130, 9000)) for axis in range(3))
+PER_AXIS = tuple(
+    f"${base + axis}={value}" for base, value in ((100, 10), (110, 5000), (120, 500), (130, 9000)) for axis in range(3)
+)
 LINES = (*PER_AXIS, "$22=1", "$21=1", "$24=600", "$25=600", "$75=0.01")
 
 # How each state is reached from an idle machine with spindle and coolant on, with what may be under way in it.
