@@ -28,12 +28,14 @@ void gcode_modes_keep(struct gcode_state *state, const struct gcode_command *com
 }
 
 /* machine position = work position + this. */
-void gcode_work_offset_mm(const struct gcode_state *state, double out_mm[AXIS_COUNT]) {
-    const struct gcode_offsets *offsets = &state->offsets;
-
+void gcode_wcs_offset_mm(const struct gcode_offsets *offsets, uint8_t wcs, double out_mm[AXIS_COUNT]) {
     for (unsigned axis = 0; axis < AXIS_COUNT; axis++)
-        out_mm[axis] = offsets->wcs_mm[state->modal.wcs][axis] + offsets->g92_mm[axis];
+        out_mm[axis] = offsets->wcs_mm[wcs][axis] + offsets->g92_mm[axis];
     out_mm[AXIS_Z] += offsets->tool_length_mm;
+}
+
+void gcode_work_offset_mm(const struct gcode_state *state, double out_mm[AXIS_COUNT]) {
+    gcode_wcs_offset_mm(&state->offsets, state->modal.wcs, out_mm);
 }
 
 enum status gcode_line(const struct gcode_state *state, const char *line, struct gcode_command *command) {

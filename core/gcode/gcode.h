@@ -276,7 +276,10 @@ static inline void gcode_modes_forget(struct gcode_state *state) {
 /** Default modal state: G0 G54 G17 G21 G90 G91.1 G94 G97 G64 G98 G8 M5 M9 M48 M53, T0 F0 S0. */
 void gcode_modal_init(struct gcode_modal *modal);
 
-/** Work coordinate offset of the state: WCS + G92 + tool length, per axis, mm. */
+/** Offset of a work coordinate system: WCS + G92 + tool length, per axis, mm. @param wcs  0 = G54 */
+void gcode_wcs_offset_mm(const struct gcode_offsets *offsets, uint8_t wcs, double out_mm[AXIS_COUNT]);
+
+/** The same of the state's. */
 void gcode_work_offset_mm(const struct gcode_state *state, double out_mm[AXIS_COUNT]);
 
 /** The part of gcode_modal_apply() that few lines have: M70 and M71. Private. */

@@ -91,6 +91,11 @@
     X(162, PWM_IN_USE, "$33 to $36, $94 to $98 change only while spindle and laser are off: send M5 first")  \
     X(163, LASER_CURVE, "$94 to $97 must ascend: change the one that is in the way first")                   \
     X(164, PUMP_FREQUENCY, "$73: the timer of this board's charge pump does not make this frequency")        \
+    X(170, PARKED,                                                                                           \
+      "a parked hold takes only $J=, G38, offsets, spindle, coolant and outputs; ~ resumes the job")         \
+    X(171, PARKED_PROBE, "the probe was in contact before the move, or did not find it: nothing was set")    \
+    X(172, PARKED_OFFSET, "the job's line sets offsets itself when it continues: change them after it")      \
+    X(173, PARKED_KINEMATICS, "in a parked hold only straight axes can be moved ($80)")                      \
     /* end of the table */
 
 enum status {

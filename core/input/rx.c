@@ -11,6 +11,7 @@ void rx_init(struct rx *rx) {
         rx->gaps[loss] = 0;
     rx->gap_at = rx->index.head - 1;
     rx->lost_byte = 0;
+    rx->aside = RX_ASIDE_NONE;
 }
 
 static uint32_t realtime_bit(uint8_t byte) {
@@ -29,6 +30,8 @@ static uint32_t realtime_bit(uint8_t byte) {
         return REALTIME_JOG_CANCEL;
     case 0x87:
         return REALTIME_FULL_STATUS;
+    case 0xA3:
+        return REALTIME_PARK;
     default:
         return 0;
     }
@@ -41,7 +44,27 @@ static void put_override(struct rx *rx, uint8_t byte) {
     ring_push(&rx->override_index);
 }
 
+/* Where the operator's bytes begin or end. @return bits that are left of it */
+static uint32_t set_aside(struct rx *rx, uint32_t bits) {
+    const enum rx_aside now = rx_aside(rx);
+    if ((bits & REALTIME_PARK) != 0 && now == RX_ASIDE_ENDED)
+        return (bits & ~(uint32_t)REALTIME_PARK) | REALTIME_PARK_LOST;
+    if ((bits & REALTIME_PARK) != 0 && now == RX_ASIDE_NONE) {
+        rx->aside_from = rx->index.head;
+        __atomic_store_n(&rx->aside, RX_ASIDE_OPEN, __ATOMIC_RELEASE);
+    } else if ((bits & REALTIME_RESUME) != 0 && now == RX_ASIDE_OPEN) {
+        rx->aside_to = rx->index.head;
+        __atomic_store_n(&rx->aside, RX_ASIDE_ENDED, __ATOMIC_RELEASE);
+    }
+    return bits;
+}
+
+void rx_close_aside(struct rx *rx) {
+    (void)set_aside(rx, REALTIME_RESUME);
+}
+
 void rx_request(struct rx *rx, uint32_t bits) {
+    bits = set_aside(rx, bits);
     /* Jogs up to this byte are those that the hold or cancel was meant for; a jog that is sent after it
      * runs. */
     if ((bits & (REALTIME_HOLD | REALTIME_JOG_CANCEL)) != 0)
@@ -166,6 +189,26 @@ void rx_drop(struct rx *rx, size_t count) {
     __atomic_store_n(&rx->index.tail, rx->index.tail + (uint32_t)count, __ATOMIC_RELEASE);
 }
 
+size_t rx_peek_aside(const struct rx *rx, const uint8_t **bytes) {
+    /* In this order: bytes after a ~ that is not seen yet are not seen either. */
+    const uint32_t head = __atomic_load_n(&rx->index.head, __ATOMIC_ACQUIRE);
+    const enum rx_aside aside = rx_aside(rx);
+    const uint32_t from = rx->aside_from & (RX_SIZE - 1);
+    *bytes = rx->bytes + from;
+    if (aside == RX_ASIDE_NONE)
+        return 0;
+    const uint32_t held = (aside == RX_ASIDE_ENDED ? rx->aside_to : head) - rx->aside_from;
+    return held < RX_SIZE - from ? held : RX_SIZE - from;
+}
+
+void rx_drop_aside(struct rx *rx, size_t count) {
+    const uint32_t tail = rx->index.tail, moves = (uint32_t)count;
+    for (uint32_t at = rx->aside_from; at != tail; at--)
+        rx->bytes[(at - 1 + moves) & (RX_SIZE - 1)] = rx->bytes[(at - 1) & (RX_SIZE - 1)];
+    rx->aside_from += moves;
+    rx_drop(rx, count);
+}
+
 bool rx_take_lost(struct rx *rx) {
     if (__atomic_load_n(&rx->lost_lines, __ATOMIC_ACQUIRE) == 0)
         return false;
@@ -178,7 +221,8 @@ uint32_t rx_take_realtime(struct rx *rx) {
 }
 
 void rx_withdraw(struct rx *rx) {
-    __atomic_fetch_and(&rx->realtime, ~(uint32_t)REALTIME_RESUME, __ATOMIC_ACQ_REL);
+    const uint32_t bits = REALTIME_RESUME | REALTIME_PARK | REALTIME_PARK_LOST;
+    __atomic_fetch_and(&rx->realtime, ~bits, __ATOMIC_ACQ_REL);
     __atomic_store_n(&rx->override_index.tail, rx->override_index.head, __ATOMIC_RELEASE);
 }
 
@@ -197,4 +241,5 @@ void rx_flush(struct rx *rx) {
     __atomic_store_n(&rx->index.tail, rx->index.head, __ATOMIC_RELEASE);
     __atomic_store_n(&rx->override_index.tail, rx->override_index.head, __ATOMIC_RELEASE);
     __atomic_store_n(&rx->lost_lines, 0, __ATOMIC_RELEASE);
+    rx_end_aside(rx);
 }

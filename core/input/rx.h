@@ -28,11 +28,17 @@ enum realtime {
     REALTIME_DOOR = 0x10,        /* 0x84 */
     REALTIME_JOG_CANCEL = 0x20,  /* 0x85 */
     REALTIME_FULL_STATUS = 0x40, /* 0x87: grblHAL's */
+    REALTIME_PARK = 0x80,        /* 0xA3: the byte with which senders acknowledge grblHAL's tool change */
+    REALTIME_PARK_LOST = 0x100,  /* ... before the lines up to the last ~ were read: it marks nothing */
     REALTIME_REPORTS = REALTIME_STATUS | REALTIME_FULL_STATUS,
 };
 
 /** Override bytes 0x90 .. 0xA1 are kept in order: two of them count twice. */
 enum { RX_OVERRIDES = 64, RX_OVERRIDE_FIRST = 0x90, RX_OVERRIDE_LAST = 0xA1 };
+
+/** Bytes between 0xA3 and the next ~ are the operator's: they are read first, and the bytes of the job before
+ * them wait. */
+enum rx_aside { RX_ASIDE_NONE, RX_ASIDE_OPEN, RX_ASIDE_ENDED };
 
 /** What became of bytes on their way here. */
 enum rx_loss {
@@ -46,6 +52,10 @@ struct rx {
     struct ring override_index;
     uint32_t realtime;        /* enum realtime bits; atomic */
     uint32_t cancel_at;       /* bytes put when the newest ! or 0x85 came; atomic */
+    uint32_t aside_from;      /* bytes put before the operator's next one; the producer sets it, then
+                               * `aside`, and from then on it is the reader's */
+    uint32_t aside_to;        /* ... and before the ~ that ended them */
+    uint8_t aside;            /* enum rx_aside; atomic */
     uint32_t lost_lines;      /* ends of lines that found no room; atomic */
     uint32_t gaps[RX_LOSSES]; /* counted, wrap; atomic */
     uint32_t gap_at;          /* [isr] bytes put when the newest LINE_GAP was the last of them */
@@ -100,13 +110,33 @@ static inline uint32_t rx_taken(const struct rx *rx) {
     return rx->index.tail;
 }
 
+/** [task] As rx_peek(), of the operator's bytes. */
+size_t rx_peek_aside(const struct rx *rx, const uint8_t **bytes);
+
+/** [task] The first `count` bytes of rx_peek_aside() are read: the job's waiting bytes move up to their
+ * place. */
+void rx_drop_aside(struct rx *rx, size_t count);
+
+/** [task] The operator has bytes that can be read, or more may come: no ~ has ended them. */
+static inline enum rx_aside rx_aside(const struct rx *rx) {
+    return (enum rx_aside)__atomic_load_n(&rx->aside, __ATOMIC_ACQUIRE);
+}
+
+/** [task] As if ~ had come: no more bytes than these are the operator's. */
+void rx_close_aside(struct rx *rx);
+
+/** [task] No bytes are the operator's from now on; those not read are of the job's stream. */
+static inline void rx_end_aside(struct rx *rx) {
+    __atomic_store_n(&rx->aside, RX_ASIDE_NONE, __ATOMIC_RELEASE);
+}
+
 /** [task] A lost line. When no byte waits it is the next line: answer it, and forget a half line. */
 bool rx_take_lost(struct rx *rx);
 
 /** [task] Real-time requests since the last call. */
 uint32_t rx_take_realtime(struct rx *rx);
 
-/** [task] Forget what would start or change something and was not taken yet: ~ and overrides. */
+/** [task] Forget what would start or change something and was not taken yet: ~, 0xA3 and overrides. */
 void rx_withdraw(struct rx *rx);
 
 /** [task] As if these real-time bytes had come now: buttons. @param bits  enum realtime */

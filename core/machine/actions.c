@@ -11,6 +11,7 @@
 #include "machine/outputs.h"
 #include "machine/owner.h"
 #include "machine/parts.h"
+#include "machine/preempt.h"
 #include "machine/report.h"
 #include "machine/reset.h"
 #include "machine/state.h"
@@ -25,6 +26,7 @@ enum {
     STORE = 8,   /* stored data that is whole: with other settings the machine would move wrongly */
     HOMING = 16, /* $22 */
     DOOR = 32,   /* a closed one */
+    PARKED = 64, /* also while the hold is the operator's: machine/park.h */
 };
 
 #define IN(state) (1u << MACHINE_##state)
@@ -38,15 +40,15 @@ struct rule {
 static const struct rule rules[ACTION_COUNT] = {
     [ACTION_ASK] = {ANY_STATE, EVER},
     [ACTION_MODE] = {ANY_STATE, 0},
-    [ACTION_LIST_SETTINGS] = {ANY_STATE & ~(IN(RUN) | IN(HOLD)), EVER},
-    [ACTION_LIST_STORED] = {LOCKED_OR_IDLE, EVER | REST},
+    [ACTION_LIST_SETTINGS] = {ANY_STATE & ~(IN(RUN) | IN(HOLD)), EVER | PARKED},
+    [ACTION_LIST_STORED] = {LOCKED_OR_IDLE, EVER | REST | PARKED},
     [ACTION_COMMAND] = {LOCKED_OR_IDLE, REST},
     [ACTION_CHECK] = {IN(IDLE), REST},
     [ACTION_UNLOCK] = {ANY_STATE, STORE | DOOR},
     [ACTION_STORE] = {LOCKED_OR_IDLE, REST | STORE},
     [ACTION_STARTUP_LINE] = {IN(IDLE), REST},
     [ACTION_HOME] = {LOCKED_OR_IDLE, MOTION | REST | STORE | HOMING | DOOR},
-    [ACTION_JOG] = {IN(IDLE) | IN(JOG), MOTION | REST},
+    [ACTION_JOG] = {IN(IDLE) | IN(JOG), MOTION | REST | PARKED},
     [ACTION_SEGMENTS] = {ANY_STATE & ~IN(ALARM), MOTION},
     [ACTION_OUTPUTS_ON] = {IN(IDLE), REST},
     [ACTION_COOLANT_KEY] = {IN(IDLE) | IN(RUN) | IN(HOLD), 0},
@@ -73,7 +75,9 @@ static bool rests(const struct machine *machine, enum actor actor) {
 
 enum refusal action_may(const struct machine *machine, enum action action, enum actor actor) {
     const struct rule *rule = &rules[action];
-    const bool state_fits = (rule->states >> machine->life.state & 1u) != 0;
+    const bool parked = machine->park.open && machine->life.state == MACHINE_HOLD && actor == ACTOR_TEXT &&
+                        (rule->needs & PARKED) != 0;
+    const bool state_fits = parked || (rule->states >> machine->life.state & 1u) != 0;
     const bool locked = machine->life.state == MACHINE_ALARM;
     if ((rule->needs & EVER) == 0 && (machine->life.critical || machine->life.restart))
         return REFUSAL_CRITICAL;
@@ -86,7 +90,7 @@ enum refusal action_may(const struct machine *machine, enum action action, enum 
     }
     if (!state_fits)
         return refuse_state(machine);
-    if ((rule->needs & REST) != 0 && !rests(machine, actor))
+    if ((rule->needs & REST) != 0 && !parked && !rests(machine, actor))
         return REFUSAL_BUSY;
     if ((rule->needs & STORE) != 0 && stored_is_damaged(machine))
         return REFUSAL_DAMAGED;
@@ -230,6 +234,7 @@ enum refusal action_outputs(struct machine *machine, const struct outputs_wish *
     }
     /* The program's modes follow, so that $G and the next line of G-code agree with the pins. */
     interp_know_wish(machine, to, coolant);
+    preempt_know_off(&machine->host, to);
     if (to->turns)
         outputs_set(machine, to->spindle, to->rpm, coolant);
     else

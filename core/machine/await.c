@@ -74,6 +74,8 @@ enum task_stage await_outputs(struct machine *machine, const struct machine_outp
                               enum task_stage next) {
     const struct machine_outputs *now = &machine->outputs;
     bool checks;
+    if (machine->park.open) /* the job waits for it before it continues */
+        return next;
     uint32_t us = run_up_due_us(machine, &checks);
     run_up_take(&machine->run_up);
     if (before->spindle != SPINDLE_OFF && now->spindle == SPINDLE_OFF)

@@ -95,6 +95,11 @@ void drive_halt(struct machine *machine) {
     drive_take_position(machine);
 }
 
+void drive_shift(struct machine *machine, const int32_t steps[AXIS_COUNT]) {
+    motion_shift(&machine->drive.motion, steps);
+    joints_stand(&machine->drive.joints, &machine->drive.motion);
+}
+
 void drive_drop(struct machine *machine) {
     int32_t position[AXIS_COUNT];
     machine_position(machine, position);
@@ -102,6 +107,8 @@ void drive_drop(struct machine *machine) {
 }
 
 bool drive_rest_reached(struct machine *machine) {
+    if (machine->park.open) /* the plan is the job's, and held */
+        return host_queue_is_empty(&machine->host.queue) && machine_is_standing(machine);
     if (machine_is_at_rest(machine))
         return true;
     motion_flush(&machine->drive.motion);

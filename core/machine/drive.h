@@ -36,6 +36,10 @@ void drive_halt(struct machine *machine);
 /** Motion is at rest: discard all that was planned and continue from `position`. */
 void drive_stand_at(struct machine *machine, const int32_t position[AXIS_COUNT]);
 
+/** Held and at rest: what is planned moves by so many steps. The axes are brought there before it continues.
+ */
+void drive_shift(struct machine *machine, const int32_t steps[AXIS_COUNT]);
+
 /** Motion is at rest: discard what was planned and continue from the steps that have left the pins. */
 void drive_drop(struct machine *machine);
 

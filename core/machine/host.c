@@ -32,8 +32,8 @@ bool machine_host_has_job(const struct machine *machine) {
 }
 
 bool machine_host_has_segments(const struct machine *machine) {
-    return !host_queue_is_empty(&machine->host.queue) ||
-           (machine->host.owns && machine->life.state == MACHINE_RUN);
+    return machine->host.owns &&
+           (!host_queue_is_empty(&machine->host.queue) || machine->life.state == MACHINE_RUN);
 }
 
 bool machine_host_release(struct machine *machine) {
@@ -76,7 +76,7 @@ enum refusal machine_host_lay(struct machine *machine, uint32_t ahead,
     struct host_queue *queue = &machine->host.queue;
     enum refusal refusal = action_may(machine, ACTION_SEGMENTS, ACTOR_HOST);
     bool preempts = refusal == REFUSAL_TEXT && preempt_may(machine);
-    *number = queue->head + ahead;
+    *number = machine_host_taken(machine) + ahead;
     /* A job of the text side is the one reason that can be overcome: it slows down, and the segment waits
      * until then. */
     if (refusal != REFUSAL_NONE && !preempts)
@@ -102,7 +102,7 @@ enum refusal machine_host_lay(struct machine *machine, uint32_t ahead,
         owner_take_over(machine);
     if (taken)
         return REFUSAL_NONE;
-    *number = queue->head;
+    *number = machine_host_taken(machine);
     /* What was laid beyond it would begin where the machine does not come. */
     host_queue_forget_ahead(queue);
     return REFUSAL_TRAVEL;
@@ -183,9 +183,10 @@ static bool follow_discard(struct machine *machine) {
 static bool queue_on(struct machine *machine) {
     struct host_queue *queue = &machine->host.queue;
     /* In every other state a host's motion is held, so `!`, the door and buttons act on it as on a job. */
-    bool goes = machine->life.state == MACHINE_IDLE || machine->life.state == MACHINE_RUN;
-    host_queue_hold(queue, !goes || machine->host.discards ||
-                               (machine->host.probing && machine->drive.step.probe_hit));
+    bool goes = machine->life.state == MACHINE_IDLE || machine->life.state == MACHINE_RUN ||
+                (machine->life.state == MACHINE_HOLD && machine->park.open && !machine->park.stops);
+    bool probes = machine->host.probing || (machine->park.open && machine->task.stage == TASK_PROBING);
+    host_queue_hold(queue, !goes || machine->host.discards || (probes && machine->drive.step.probe_hit));
     return host_queue_poll(queue);
 }
 
@@ -318,13 +319,13 @@ static bool follow_homing(struct machine *machine) {
 }
 
 bool host_poll(struct machine *machine) {
-    if (!WITH_HOST)
-        return false;
     /* The queue last: whether it is held depends on what the others have found. */
     bool any = preempt_poll(machine);
-    any |= follow_homing(machine);
-    any |= follow_jog(machine);
-    any |= follow_probe(machine);
-    any |= follow_discard(machine);
+    if (WITH_HOST) {
+        any |= follow_homing(machine);
+        any |= follow_jog(machine);
+        any |= follow_probe(machine);
+        any |= follow_discard(machine);
+    }
     return queue_on(machine) || any;
 }

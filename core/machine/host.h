@@ -23,19 +23,21 @@ struct host_jog {
     double target_mm; /* planned so far */
 };
 
-/** A job of the text side that a network host has interrupted; machine/preempt.c. */
+/** A job of the text side that a network host or the operator (machine/park.h) has interrupted; preempt.c. */
 enum host_job {
     HOST_JOB_NONE,
-    HOST_JOB_BRAKES,   /* it slows down along its path; the host's segments lie ready */
-    HOST_JOB_WAITS,    /* it is at rest with its plan kept, until the host has let go and ~ comes */
+    HOST_JOB_BRAKES, /* it slows down along its path; the host's segments lie ready */
+    HOST_JOB_WAITS,  /* it is at rest with its plan kept, until the host has let go and ~ comes; or parked */
+    HOST_JOB_LIFTS,  /* the axes go to above where it was left */
     HOST_JOB_RESTORES, /* spindle and outputs are again as the job had them */
-    HOST_JOB_RETURNS,  /* the axes go back to where it was left */
+    HOST_JOB_LOWERS,   /* Z goes to where it was left */
 };
 struct host_suspended {
     enum host_job step;
     bool hold_asked; /* ! came while it slowed down: the host's motion begins held */
     bool by_release; /* the hold is that of the host's letting go, no one else has asked for it */
     int32_t left_steps[AXIS_COUNT];
+    int32_t top_steps;                         /* Z is at least so high before the other axes return */
     enum gcode_spindle spindle, modal_spindle; /* as they were put out, and as the program had set them */
     float rpm, modal_rpm;
     uint8_t coolant, modal_coolant, digital;
@@ -48,6 +50,7 @@ struct machine_host {
     bool owns;                     /* motion is a host's: lines of the text side wait */
     bool end_known;                /* end_steps is right */
     int64_t end_steps[AXIS_COUNT]; /* where the segments taken so far end */
+    uint32_t own;                  /* segments ever taken that no host has sent (host_move_self()); wraps */
     uint32_t dropped;              /* times that queued motion was given up: e-stop, reset, contact; wraps */
     uint32_t done_at_drop;         /* segments executed to their end before that */
     uint32_t late_refusals;        /* segments that waited for a job to stop and then left the travel */

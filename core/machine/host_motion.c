@@ -10,12 +10,10 @@
 #include <string.h>
 
 bool host_is_quiet(const struct machine *machine) {
-    return !WITH_HOST || host_queue_is_quiet(&machine->host.queue);
+    return host_queue_is_quiet(&machine->host.queue);
 }
 
 void host_set_limits(struct machine *machine, const struct motion_limits *limits) {
-    if (!WITH_HOST)
-        return;
     struct host_queue_limits queue_limits = {.axis_count = limits->axis_count};
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
         queue_limits.rate_steps_s[ax] = limits->max_rate_mm_s[ax] * limits->steps_per_mm[ax];
@@ -91,7 +89,21 @@ void machine_host_forget_ahead(struct machine *machine) {
 }
 
 uint32_t machine_host_taken(const struct machine *machine) {
-    return machine->host.queue.head;
+    return machine->host.queue.head - machine->host.own;
+}
+
+bool host_move_self(struct machine *machine, const struct host_queue_segment *segment) {
+    struct host_queue *queue = &machine->host.queue;
+    if (host_queue_lay(queue, 0, segment) != HOST_QUEUE_OK)
+        return false;
+    host_queue_take(queue);
+    machine->host.own++;
+    return true;
+}
+
+void host_stop_self(struct machine *machine) {
+    host_queue_clear(&machine->host.queue);
+    machine->host.end_known = false;
 }
 
 /* The line of the first slice that is not over. @return false: none exists */
@@ -111,7 +123,10 @@ static bool find_line(const struct machine *machine, uint32_t *line) {
 uint32_t machine_host_done(const struct machine *machine) {
     const struct host_queue *queue = &machine->host.queue;
     uint32_t line;
-    return find_line(machine, &line) ? host_queue_line_number(queue, line) : queue->tail;
+    if (!machine->host.owns) /* the queue has none of a host */
+        return machine_host_taken(machine);
+    return (find_line(machine, &line) ? host_queue_line_number(queue, line) : queue->tail) -
+           machine->host.own;
 }
 
 uint16_t machine_host_id(const struct machine *machine) {
@@ -123,8 +138,6 @@ uint16_t machine_host_id(const struct machine *machine) {
 }
 
 void host_note_done(struct machine *machine) {
-    if (!WITH_HOST)
-        return;
     machine->host.done_at_drop = machine_host_done(machine);
 }
 
@@ -139,8 +152,6 @@ void host_discard_queue(struct machine *machine) {
 /* As host_discard_queue(), and nothing is the host's any more. done_at_drop is noted already: drive.c has
  * done it before the step engine's line was forgotten. */
 void host_drop(struct machine *machine) {
-    if (!WITH_HOST)
-        return;
     struct machine_host *host = &machine->host;
     host->dropped++;
     host_queue_clear(&host->queue);

@@ -26,6 +26,12 @@ bool host_take_segments(struct machine *machine);
 /** The tool may be where the joints are then. */
 bool host_in_travel(const struct machine *machine, const int32_t steps[AXIS_COUNT]);
 
+/** A segment that no host has sent: of a job that returns, or of the operator. @return false: no room */
+bool host_move_self(struct machine *machine, const struct host_queue_segment *segment);
+
+/** At rest: what is left of those is given up. */
+void host_stop_self(struct machine *machine);
+
 /** The machine is at rest: what is queued is given up, and it continues from there. */
 void host_discard_queue(struct machine *machine);
 

@@ -5,6 +5,8 @@
 #include "machine/actions.h"
 #include "machine/parts.h"
 
+#include "gcode/shift.h"
+
 #include <stddef.h>
 
 void interp_take_axes(struct machine_interp *interp, uint8_t axis_count) {
@@ -60,11 +62,40 @@ void interp_forget(struct machine_interp *interp) {
     params_clear(&interp->params);
 }
 
-void interp_check(struct machine_interp *interp, bool begins) {
+void interp_check(struct machine_interp *interp, struct gcode_offsets *unchecked, bool begins) {
     if (begins)
-        interp->offsets_unchecked = interp->gcode.offsets;
+        *unchecked = interp->gcode.offsets;
     else /* what a program did to them was not meant */
-        interp->gcode.offsets = interp->offsets_unchecked;
+        interp->gcode.offsets = *unchecked;
+}
+
+void interp_put_aside(struct machine_interp *interp, struct interp_aside *aside) {
+    struct gcode_modal *modal = &interp->gcode.modal;
+    aside->modal = *modal;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        aside->position_mm[ax] = interp->gcode.position_mm[ax];
+    gcode_work_offset_mm(&interp->gcode, aside->offset_mm);
+    if (modal->feed_mode != FEED_PER_MIN) /* F has another meaning there */
+        modal->feed_mm_s = 0.0f;
+    modal->feed_mode = FEED_PER_MIN;
+    modal->motion = MOTION_RAPID;
+    modal->incremental = false;
+}
+
+void interp_shift_mm(const struct machine_interp *interp, const struct interp_aside *aside,
+                     double shift_mm[AXIS_COUNT]) {
+    gcode_wcs_offset_mm(&interp->gcode.offsets, aside->modal.wcs, shift_mm);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        shift_mm[ax] -= aside->offset_mm[ax];
+}
+
+void interp_take_back(struct machine_interp *interp, const struct interp_aside *aside,
+                      const double shift_mm[AXIS_COUNT]) {
+    interp->gcode.modal = aside->modal;
+    if (aside->modal.motion == MOTION_CYCLE)
+        shift_sticky(&interp->gcode.sticky, shift_mm);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        interp->gcode.position_mm[ax] = aside->position_mm[ax] + shift_mm[ax];
 }
 
 void interp_take_probe(struct machine_interp *interp, const struct gcode_command *line,

@@ -12,7 +12,6 @@ struct outputs_wish;
 /** As far as lines were taken. */
 struct machine_interp {
     struct gcode_state gcode;
-    struct gcode_offsets offsets_unchecked; /* in check mode: those that come back after it */
     struct params params;
     struct param_numbered numbered[PARAMS_NUMBERED];
     struct param_named named[PARAMS_NAMED];
@@ -34,8 +33,26 @@ void interp_know_wish(struct machine *machine, const struct outputs_wish *to, ui
 /** Reset: what does not outlive one. */
 void interp_forget(struct machine_interp *interp);
 
-/** Check mode begins, or ends: offsets are then as they were before it. */
-void interp_check(struct machine_interp *interp, bool begins);
+/** Check mode begins, or ends: offsets are then as they were before it, in `unchecked`. */
+void interp_check(struct machine_interp *interp, struct gcode_offsets *unchecked, bool begins);
+
+/** Where the job is and its modes, while lines of the operator come. */
+struct interp_aside {
+    struct gcode_modal modal;
+    double position_mm[AXIS_COUNT];
+    double offset_mm[AXIS_COUNT]; /* of its work coordinates */
+};
+
+/** The job's modes wait in `aside`; the operator's lines begin with G0 G90 G94. */
+void interp_put_aside(struct machine_interp *interp, struct interp_aside *aside);
+
+/** By how much the job's work coordinates have moved since, mm. */
+void interp_shift_mm(const struct machine_interp *interp, const struct interp_aside *aside,
+                     double shift_mm[AXIS_COUNT]);
+
+/** The job's modes are in force again, and it is at the same place of its shifted work coordinates. */
+void interp_take_back(struct machine_interp *interp, const struct interp_aside *aside,
+                      const double shift_mm[AXIS_COUNT]);
 
 /** #5061 .., #5070: in the work coordinates of this line. @param probe_mm  machine position */
 void interp_take_probe(struct machine_interp *interp, const struct gcode_command *line,

@@ -6,6 +6,7 @@
 #include "machine/drive.h"
 #include "machine/notes.h"
 #include "machine/overrides.h"
+#include "machine/park.h"
 #include "machine/parts.h"
 #include "machine/place.h"
 #include "machine/reach.h"
@@ -19,6 +20,12 @@ enum status jog_begin(struct machine *machine, const char *text) {
     status = reach_move(machine, &command->move);
     if (status != STATUS_OK)
         return status;
+    if (machine->park.open) {
+        status = park_check_jog(machine, &command->move);
+        if (status == STATUS_OK)
+            task_enter(&machine->task, TASK_JOG);
+        return status;
+    }
     if (!reach_in_travel(machine, command->move.target_mm))
         return STATUS_JOG_TRAVEL;
     /* Before overrides_apply(): jogs run without overrides, and the state says so. */
@@ -30,6 +37,8 @@ enum status jog_begin(struct machine *machine, const char *text) {
 
 enum task_stage jog_poll(struct machine *machine) {
     const struct gcode_move *move = &machine->task.command.move;
+    if (machine->park.open)
+        return park_move(machine, SEGMENT_JOG) ? TASK_NONE : TASK_JOG;
     notes_add(&machine->notes,
               &(struct line_note){.line = machine->lines.count, .number = machine->task.command.line_number});
     struct motion_line line = {.feed_mm_s = move->feed_mm_s,

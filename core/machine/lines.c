@@ -5,7 +5,9 @@
 #include "machine/answer.h"
 #include "machine/command.h"
 #include "machine/compute.h"
+#include "machine/drive.h"
 #include "machine/motor_current.h"
+#include "machine/park.h"
 #include "machine/parts.h"
 #include "machine/reach.h"
 #include "machine/report.h"
@@ -22,6 +24,8 @@ enum status lines_begin_gcode(struct machine *machine) {
     enum status status = reach_move(machine, &command->move);
     if (status == STATUS_OK)
         status = spindle_sync_check(machine, command);
+    if (status == STATUS_OK && machine->park.open)
+        status = park_check(machine, command);
     if (command->port >= 0 && command->port_kind == PORT_DIGITAL_OUT &&
         (torque_mask(machine) >> command->port & 1) != 0)
         status = STATUS_NO_PORT; /* it is a torque line */
@@ -150,6 +154,40 @@ static bool take(struct machine *machine) {
     }
 }
 
+/* $ lines are read while a jog moves; what G-code means depends on where that ends, and it may be stopped. */
+static bool may_read_aside(struct machine *machine, uint8_t next) {
+    const struct line_reader *reader = &machine->lines.reader;
+    const bool begun = machine->lines.from != machine->lines.rx.aside_from && reader->length > 0;
+    if (!begun)
+        machine->lines.from = machine->lines.rx.aside_from;
+    return (begun ? (uint8_t)reader->text[0] : next) == '$' || drive_rest_reached(machine);
+}
+
+/* As take(), of the operator's lines in a parked hold. */
+static bool take_aside(struct machine *machine) {
+    struct rx *rx = &machine->lines.rx;
+    enum line_result result = LINE_NONE;
+    const uint8_t *bytes;
+    if (rx_peek_aside(rx, &bytes) == 0 || !may_read_aside(machine, bytes[0]))
+        return false;
+    for (size_t count; result == LINE_NONE && (count = rx_peek_aside(rx, &bytes)) > 0;)
+        rx_drop_aside(rx, line_reader_take(&machine->lines.reader, bytes, count, &result));
+    if (result == LINE_NONE)
+        return false;
+    if (machine->park.silent) {
+        open_line(machine);
+        answer_line(machine, STATUS_LOCKED);
+    } else {
+        take_text(machine, result);
+    }
+    machine->lines.from = rx->aside_from;
+    return true;
+}
+
+static bool take_next(struct machine *machine) {
+    return machine->park.open ? take_aside(machine) : take_startup(machine) || take(machine);
+}
+
 bool lines_poll(struct machine *machine) {
     bool any = false;
     while (!machine->life.restart && !machine->clock.quiet.on && !stored_is_busy(machine)) {
@@ -157,7 +195,7 @@ bool lines_poll(struct machine *machine) {
         if (machine->task.stage != TASK_NONE)
             further = state_works(machine) && task_poll(machine);
         else if (state_reads(machine) && text_has_room(&machine->out))
-            further = take_startup(machine) || take(machine);
+            further = take_next(machine);
         if (!further)
             break;
         state_update(machine); /* the next line sees what this one began */

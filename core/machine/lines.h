@@ -57,6 +57,34 @@ static inline void lines_forget(struct machine_lines *lines) {
     lines->startup = STARTUP_LINE_COUNT;
 }
 
+/** The line under way, as far as it is read. */
+struct lines_aside {
+    struct line_reader reader;
+    bool open;
+    enum line_source source;
+};
+
+/** The operator's lines begin. */
+static inline void lines_begin_aside(struct machine_lines *lines) {
+    line_reader_reset(&lines->reader);
+    lines->from = lines->rx.aside_from;
+}
+
+/** The present line waits in `aside`, and the operator's come. */
+static inline void lines_put_aside(struct machine_lines *lines, struct lines_aside *aside) {
+    *aside = (struct lines_aside){.reader = lines->reader, .open = lines->open, .source = lines->source};
+    lines->open = false;
+    lines_begin_aside(lines);
+}
+
+/** It continues. */
+static inline void lines_take_back(struct machine_lines *lines, const struct lines_aside *aside) {
+    lines->reader = aside->reader;
+    lines->open = aside->open;
+    lines->source = aside->source;
+    lines->from = rx_taken(&lines->rx);
+}
+
 /** Nothing that came so far is read any more. @return whether a line of a sender waits for its answer; it
  * does not any more */
 static inline bool lines_drop(struct machine_lines *lines) {

@@ -12,6 +12,7 @@
 #include "machine/motors.h"
 #include "machine/outputs.h"
 #include "machine/overrides.h"
+#include "machine/parking.h"
 #include "machine/parts.h"
 #include "machine/pump.h"
 #include "machine/realtime.h"
@@ -138,6 +139,7 @@ bool machine_poll(struct machine *machine) {
         any = true;
     }
     any |= suspend_poll(machine);
+    any |= parking_poll(machine);
     any |= sender_lost_poll(machine);
     spindle_sync_watch(machine);
     any |= lines_poll(machine);

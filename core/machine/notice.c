@@ -4,6 +4,7 @@
 #include "machine/notice.h"
 
 #include "machine/inputs.h"
+#include "machine/park.h"
 #include "machine/parts.h"
 #include "machine/report.h"
 #include "machine/sender.h"
@@ -48,18 +49,21 @@ static bool put_sender(const struct machine *machine, const struct text_out *out
 }
 
 static bool put_pause(const struct machine *machine, const struct text_out *out) {
-    if (machine->task.stage == TASK_TOOL_WAIT) {
+    const struct machine_task *task = park_job_task(machine);
+    if (task->stage == TASK_TOOL_WAIT) {
         text_string(out, "Tool change: T");
-        text_int(out, machine->task.command.next.tool);
-    } else if (machine->task.stage == TASK_PAUSED) {
+        text_int(out, task->command.next.tool);
+    } else if (task->stage == TASK_PAUSED) {
         text_string(out, "Program pause");
     }
-    return machine->task.stage == TASK_TOOL_WAIT || machine->task.stage == TASK_PAUSED;
+    return task->stage == TASK_TOOL_WAIT || task->stage == TASK_PAUSED;
 }
 
 static bool put_host(const struct machine *machine, const struct text_out *out) {
     if (machine->host.owns)
         text_string(out, "Remote host controls motion");
+    else if (machine->park.open)
+        text_string(out, "Parked: ~ returns to the job");
     else if (machine->host.job.step == HOST_JOB_WAITS)
         text_string(out, "Remote host released motion: ~ resumes the job");
     return machine->host.owns || machine->host.job.step == HOST_JOB_WAITS;

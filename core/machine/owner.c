@@ -13,8 +13,8 @@ static bool is_locked(const struct machine *machine) {
 }
 
 bool owner_is_free(const struct machine *machine) {
-    return machine->task.stage == TASK_NONE && host_queue_is_empty(&machine->host.queue) &&
-           motion_is_planned_out(&machine->drive.motion) &&
+    return machine->task.stage == TASK_NONE && !machine->park.open &&
+           host_queue_is_empty(&machine->host.queue) && motion_is_planned_out(&machine->drive.motion) &&
            (machine->life.state == MACHINE_IDLE || machine->life.state == MACHINE_ALARM ||
             (machine->life.state == MACHINE_HOLD && machine_is_at_rest(machine)));
 }

@@ -4,6 +4,7 @@
 #ifndef WIFICNC_MACHINE_PARTS_H
 #define WIFICNC_MACHINE_PARTS_H
 
+#include "machine/aside.h"
 #include "machine/drive.h"
 #include "machine/homing.h"
 #include "machine/host.h"
@@ -16,6 +17,7 @@
 #include "machine/notes.h"
 #include "machine/outputs.h"
 #include "machine/overrides.h"
+#include "machine/park.h"
 #include "machine/place.h"
 #include "machine/probe.h"
 #include "machine/report.h"
@@ -37,10 +39,12 @@ struct machine {
     struct machine_interp interp;
     struct machine_lines lines;
     struct machine_task task;
+    union machine_aside aside;
     struct machine_drive drive;
     struct machine_life life;
     struct machine_trust trust;
     struct machine_suspend suspend;
+    struct machine_park park;
     struct machine_clock clock;
     struct machine_overrides overrides;
     struct machine_outputs outputs;

@@ -6,6 +6,7 @@
 #include "machine/drive.h"
 #include "machine/inputs.h"
 #include "machine/overrides.h"
+#include "machine/park.h"
 #include "machine/parts.h"
 #include "machine/place.h"
 #include "machine/reset.h"
@@ -29,6 +30,10 @@ static bool is_found(const struct machine *machine) {
 /* All of the line, or as much of it as there is room for. */
 static void push(struct machine *machine) {
     const struct gcode_move *move = &machine->task.command.move;
+    if (machine->park.open) {
+        (void)park_move(machine, SEGMENT_PROBE); /* the queue is empty */
+        return;
+    }
     struct motion_line line = {.feed_mm_s = move->feed_mm_s,
                                .duration_s = move->inverse_time_s,
                                .line = machine->lines.count,
@@ -39,10 +44,16 @@ static void push(struct machine *machine) {
         motion_flush(&machine->drive.motion);
 }
 
+bool probe_has_failed(const struct machine *machine) {
+    return !machine->probe.ok && !may_miss(machine);
+}
+
 enum task_stage probe_begin(struct machine *machine) {
     if (!drive_rest_reached(machine))
         return TASK_PROBE;
     machine->probe.ok = machine->interp.params.probe_ok = false;
+    if (is_found(machine) && machine->park.open)
+        return TASK_ALARMED; /* the job is kept: an error, no alarm */
     if (is_found(machine)) {
         reset_alarm(machine, ALARM_PROBE_CLOSED);
         return TASK_ALARMED;
@@ -51,7 +62,8 @@ enum task_stage probe_begin(struct machine *machine) {
     hal_probe_watch(machine->hal, machine->settings.probe_invert != is_away(machine));
     step_watch_probe(&machine->drive.step);
     task_enter(&machine->task, TASK_PROBING);
-    overrides_apply(machine);
+    if (!machine->park.open)
+        overrides_apply(machine);
     push(machine);
     return TASK_PROBING;
 }
@@ -68,6 +80,10 @@ static void finish(struct machine *machine, bool found) {
     place_tool_mm(machine, machine->probe.steps, found_mm);
     interp_take_probe(&machine->interp, &machine->task.command, found_mm, found);
     step_watch_probe(&machine->drive.step);
+    if (machine->park.open) { /* and overrides are the job's */
+        park_drop(machine);
+        return;
+    }
     drive_drop(machine);
     task_enter(&machine->task, TASK_NONE);
     overrides_apply(machine);
@@ -75,12 +91,18 @@ static void finish(struct machine *machine, bool found) {
         reset_alarm(machine, ALARM_PROBE_MISSED);
 }
 
+/* In a parked hold the queue may still be held from before, when its motion has not begun. */
+static bool is_over(const struct machine *machine) {
+    const bool goes = machine->park.open && !machine->park.stops && !machine->drive.step.probe_hit;
+    return drive_is_stopped(machine) && !(goes && !host_queue_is_empty(&machine->host.queue));
+}
+
 enum task_stage probe_poll(struct machine *machine) {
     if (machine->drive.step.probe_hit)
         motion_hold(&machine->drive.motion);
-    else if (machine->drive.joints.done > 0.0)
+    else if (machine->drive.joints.done > 0.0 && !machine->park.open)
         push(machine);
-    if (!drive_is_stopped(machine))
+    if (!is_over(machine))
         return TASK_PROBING;
     finish(machine, machine->drive.step.probe_hit || is_found(machine));
     return TASK_PROBED;

@@ -21,6 +21,9 @@ static inline void probe_forget(struct machine_probe *probe) {
 /** @return TASK_PROBE while something still moves, TASK_PROBING, or TASK_ALARMED: contact before it began */
 enum task_stage probe_begin(struct machine *machine);
 
+/** The present line is a G38.2 or G38.4, and it did not find what it looked for. */
+bool probe_has_failed(const struct machine *machine);
+
 /** @return TASK_PROBED when it is over */
 enum task_stage probe_poll(struct machine *machine);
 

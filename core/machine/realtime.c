@@ -8,6 +8,8 @@
 #include "machine/jog.h"
 #include "machine/outputs.h"
 #include "machine/overrides.h"
+#include "machine/park.h"
+#include "machine/parking.h"
 #include "machine/parts.h"
 #include "machine/preempt.h"
 #include "machine/report.h"
@@ -56,17 +58,25 @@ static void take_override(struct machine *machine, int byte) {
 /* Several may have come since the last poll. Jogs that wait to be read are dropped first, then motion stops,
  * and `~` comes last: rx.c has kept it only if it came after the hold. */
 static void take_bits(struct machine *machine, uint32_t bits) {
-    if (machine->life.state == MACHINE_SLEEP)
+    if (machine->life.state == MACHINE_SLEEP) {
+        rx_end_aside(&machine->lines.rx);
         return;
+    }
     if ((bits & REALTIME_JOG_CANCEL) != 0 ||
-        ((bits & REALTIME_HOLD) != 0 && machine->life.state == MACHINE_JOG))
+        ((bits & REALTIME_HOLD) != 0 && (machine->life.state == MACHINE_JOG || machine->park.open)))
         lines_flush_jogs(&machine->lines);
     if ((bits & REALTIME_JOG_CANCEL) != 0 && machine->life.state == MACHINE_JOG)
         jog_cancel(machine);
+    if ((bits & REALTIME_JOG_CANCEL) != 0)
+        park_stop(machine);
     if ((bits & REALTIME_DOOR) != 0)
         suspend_open_door(machine);
     if ((bits & REALTIME_HOLD) != 0)
         suspend_hold(machine);
+    if ((bits & REALTIME_PARK) != 0)
+        parking_ask(machine, (bits & REALTIME_RESUME) != 0);
+    if ((bits & REALTIME_PARK_LOST) != 0)
+        report_message(machine, "Not parked: send 0xA3 again");
     if ((bits & REALTIME_RESUME) != 0)
         suspend_end(machine);
 }

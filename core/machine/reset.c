@@ -7,6 +7,7 @@
 #include "machine/motors.h"
 #include "machine/outputs.h"
 #include "machine/overrides.h"
+#include "machine/park.h"
 #include "machine/parts.h"
 #include "machine/report.h"
 #include "machine/run_up.h"
@@ -36,6 +37,7 @@ static bool is_critical(enum alarm alarm) {
 static void stop(struct machine *machine) {
     /* First, and all else after it: nothing below may take time while pulses still leave the pins. */
     drive_halt(machine);
+    park_forget(machine);
     report_changed_offset(machine); /* with it comes which axes are trusted */
     suspend_cancel(&machine->suspend, false);
     sender_is_there(&machine->client);

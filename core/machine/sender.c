@@ -5,6 +5,7 @@
 
 #include "machine/drive.h"
 #include "machine/outputs.h"
+#include "machine/park.h"
 #include "machine/parts.h"
 #include "machine/report.h"
 #include "machine/reset.h"
@@ -90,6 +91,7 @@ static bool is_hosts(const struct machine *machine) {
 
 void machine_sender_lost(struct machine *machine, bool lines_wait) {
     rx_withdraw(&machine->lines.rx); /* its own, not yet seen */
+    park_lose_sender(machine);
     if (machine->client.sender == SENDER_HELD) {
         suspend_stop_restoring(&machine->suspend);
         return;

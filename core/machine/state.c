@@ -36,8 +36,8 @@ static const uint8_t next[MACHINE_STATE_COUNT][EVENT_COUNT] = {
         [EVENT_SLEEP] = TO(MACHINE_SLEEP),  [EVENT_ALARM] = TO(MACHINE_ALARM),
         [EVENT_RESET] = TO(MACHINE_ALARM)},
     [MACHINE_DOOR] = {
-        [EVENT_RESUME] = TO(MACHINE_IDLE),  [EVENT_ALARM] = TO(MACHINE_ALARM),
-        [EVENT_RESET] = TO(MACHINE_IDLE)},
+        [EVENT_RESUME] = TO(MACHINE_IDLE),  [EVENT_PARK] = TO(MACHINE_HOLD),
+        [EVENT_ALARM] = TO(MACHINE_ALARM),  [EVENT_RESET] = TO(MACHINE_IDLE)},
     [MACHINE_CHECK] = {
         [EVENT_ALARM] = TO(MACHINE_ALARM),  [EVENT_RESET] = TO(MACHINE_IDLE)},
     [MACHINE_HOME] = {
@@ -71,7 +71,7 @@ bool state_go(struct machine *machine, enum machine_event event) {
         return false;
     const bool begins = to - 1 == MACHINE_CHECK;
     if (begins || machine->life.state == MACHINE_CHECK)
-        interp_check(&machine->interp, begins);
+        interp_check(&machine->interp, &machine->aside.unchecked, begins);
     machine->life.state = (enum machine_state)(to - 1);
     return true;
 }
@@ -79,11 +79,15 @@ bool state_go(struct machine *machine, enum machine_event event) {
 /* In addition to the state: no line is read between the cancel of a jog and its rest, nor while a reset by a
  * command is due, nor while motion is a remote host's or on its way to it or back. */
 bool state_reads(const struct machine *machine) {
+    if (machine->park.open)
+        return machine->life.state == MACHINE_HOLD && !machine->park.stops;
     return traits[machine->life.state].reads && !machine->suspend.cancels && !machine->life.reset_asked &&
            !machine->host.owns && machine->host.job.step == HOST_JOB_NONE;
 }
 
 bool state_works(const struct machine *machine) {
+    if (machine->park.open)
+        return machine->life.state == MACHINE_HOLD;
     return traits[machine->life.state].works && !machine->suspend.cancels &&
            machine->host.job.step == HOST_JOB_NONE;
 }

@@ -36,6 +36,7 @@ enum machine_event {
     EVENT_RESUME, /* ~ */
     EVENT_JOG,
     EVENT_OPEN, /* the door */
+    EVENT_PARK, /* 0xA3 behind a closed door */
     EVENT_ALARM,
     EVENT_UNLOCK, /* $X */
     EVENT_CHECK,  /* $C */

@@ -7,6 +7,7 @@
 #include "machine/jog.h"
 #include "machine/outputs.h"
 #include "machine/overrides.h"
+#include "machine/park.h"
 #include "machine/parts.h"
 #include "machine/preempt.h"
 #include "machine/report.h"
@@ -19,6 +20,7 @@
 #define COOLANT_START_US 1000000u /* Grbl's */
 
 void suspend_hold(struct machine *machine) {
+    park_stop(machine);
     if (preempt_hold(machine))
         return;
     if (machine->life.state == MACHINE_HOLD || machine->life.state == MACHINE_DOOR) {
@@ -54,6 +56,10 @@ void suspend_enable(struct machine *machine, uint8_t overrides) {
  * a line that waited must not find an idle machine in between. */
 static void go_on(struct machine *machine) {
     sender_is_there(&machine->client);
+    if (machine->park.open) { /* behind a door: the hold is the operator's as before */
+        state_go(machine, EVENT_PARK);
+        return;
+    }
     state_go(machine, EVENT_RESUME);
     preempt_resume(machine);
     if (machine->task.stage != TASK_NONE || !machine_is_at_rest(machine))
@@ -92,6 +98,8 @@ void suspend_end(struct machine *machine) {
      * first; and none while the door is open or the tools are not off yet. With tools off in a plain hold
      * (the sender was lost) they are restored as after a door. */
     bool door = machine->life.state == MACHINE_DOOR, suspended = machine->outputs.suspended;
+    if (park_resume(machine))
+        return;
     machine->suspend.hold_waits = false;
     if ((!door && machine->life.state != MACHINE_HOLD) || machine->suspend.restores)
         return;
@@ -115,6 +123,7 @@ void suspend_open_door(struct machine *machine) {
         return;
     report_message(machine, "Check Door");
     machine->suspend.restores = false;
+    park_stop(machine);
     if (jogs)
         jog_cancel(machine);
     else

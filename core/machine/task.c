@@ -27,6 +27,8 @@
 #include "machine/stored_write.h"
 #include "machine/suspend.h"
 
+#include "gcode/shift.h"
+
 #include <math.h>
 
 #define DWELL_SLICE_S 0.02  /* a hold stops a dwell within this */
@@ -99,6 +101,8 @@ static enum task_stage stage_of_move(struct machine *machine) {
     const struct gcode_move *move = &machine->task.command.move;
     if (move->motion == MOTION_NONE)
         return stage_after_move(machine);
+    if (machine->park.open) /* the reports' line and the feed per revolution are the job's */
+        return TASK_PROBE;
     if (is_arc(move) || is_spline(move))
         begin_curve(machine);
     note_line(machine);
@@ -180,6 +184,27 @@ static enum task_stage stage_of_outputs(struct machine *machine) {
         laser_aim(machine);
     set_port(machine);
     return stage_after_outputs(machine);
+}
+
+void task_shift(struct machine_task *task, const double shift_mm[AXIS_COUNT]) {
+    struct gcode_move *move = &task->command.move;
+    const bool cycles =
+        task->stage == TASK_CYCLE || (task->stage == TASK_DWELLING && task->after_dwell == TASK_CYCLE);
+    if (task->stage == TASK_NONE)
+        return;
+    shift_move(move, shift_mm);
+    if (move->motion == MOTION_CYCLE)
+        shift_sticky(&task->command.sticky, shift_mm);
+    if (cycles) {
+        shift_cycle(&task->cycle, shift_mm);
+        shift_point(task->action.target_mm, shift_mm);
+    } else if (task->stage == TASK_ARC) {
+        shift_point(task->arc_point_mm, shift_mm);
+        if (is_arc(move))
+            shift_arc(&task->arc, shift_mm);
+        else
+            shift_spline(&task->spline, shift_mm);
+    }
 }
 
 void task_begin(struct machine *machine) {
@@ -394,7 +419,11 @@ static void finish(struct machine *machine, enum task_stage last) {
      * critical alarm has ended sets none. */
     if (last != TASK_LOCKED)
         gcode_modal_apply(&machine->interp.gcode, &machine->task.command);
-    answer_line(machine, last == TASK_LOCKED ? STATUS_LOCKED : STATUS_OK);
+    const bool probed = last == TASK_PROBED || last == TASK_ALARMED;
+    if (machine->park.open && probed && probe_has_failed(machine))
+        answer_line(machine, STATUS_PARKED_PROBE);
+    else
+        answer_line(machine, last == TASK_LOCKED ? STATUS_LOCKED : STATUS_OK);
 }
 
 bool task_poll(struct machine *machine) {

@@ -53,14 +53,16 @@ struct machine_task {
     enum task_await awaits; /* the dwell ends with it */
     bool input_before;      /* level of M66's input when it was last read: it may wait for an edge */
     enum task_stage after_dwell;
-    struct arc arc;
-    struct spline spline;
     bool arc_pending; /* arc_point_mm waits for room in the look-ahead */
     double arc_point_mm[AXIS_COUNT];
     float arc_feed_mm_s;
-    struct cycle cycle;
-    struct cycle_action action; /* of the cycle, waits while action_pending */
     bool action_pending;
+    struct cycle_action action; /* of the cycle, waits while action_pending */
+    union {                     /* of the curve or the cycle that the line is */
+        struct arc arc;
+        struct spline spline;
+        struct cycle cycle;
+    };
 };
 
 /** The present line continues with this stage. */
@@ -79,6 +81,20 @@ static inline void task_forget(struct machine_task *task) {
     task->arc_pending = false;
     task->awaits = AWAIT_NOTHING;
 }
+
+/** The present line waits in `aside`, and others may come. */
+static inline void task_put_aside(struct machine_task *task, struct machine_task *aside) {
+    *aside = *task;
+    task_forget(task);
+}
+
+/** It continues. */
+static inline void task_take_back(struct machine_task *task, const struct machine_task *aside) {
+    *task = *aside;
+}
+
+/** Work zero has moved before it continues. */
+void task_shift(struct machine_task *task, const double shift_mm[AXIS_COUNT]);
 
 /** Start the stages of machine->task.command. */
 void task_begin(struct machine *machine);

@@ -67,6 +67,15 @@ void emit_reset(struct emit *emit, const int32_t position_steps[AXIS_COUNT]) {
     stand_still(emit);
 }
 
+void emit_shift(struct emit *emit, const int32_t steps[AXIS_COUNT], const double way_mm[AXIS_COUNT]) {
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        emit->corner_mm[ax] += way_mm[ax];
+        emit->steps[ax] += steps[ax];
+    }
+    for (unsigned ax = 0; ax < CORE_AXES; ax++)
+        emit->history.now.in[ax] += (int64_t)steps[ax] * HISTORY_STEP;
+}
+
 void emit_set_shaper(struct emit *emit) {
     emit->shaper = &emit->plan->shaper;
     stand_still(emit);

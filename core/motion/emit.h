@@ -87,6 +87,9 @@ void emit_reset(struct emit *emit, const int32_t position_steps[AXIS_COUNT]);
 /** The plan has new limits. At rest. */
 void emit_set_shaper(struct emit *emit);
 
+/** At rest: all that is not made yet, and where it begins, moves by so much. */
+void emit_shift(struct emit *emit, const int32_t steps[AXIS_COUNT], const double way_mm[AXIS_COUNT]);
+
 /** Motion becomes the planner's, when that of another source has come to rest. */
 bool emit_claim(struct emit *emit);
 

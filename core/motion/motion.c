@@ -298,6 +298,58 @@ bool motion_is_planned_out(const struct motion *motion) {
     return emit_is_idle(&motion->emit);
 }
 
+void motion_shift(struct motion *motion, const int32_t steps[AXIS_COUNT]) {
+    struct plan *plan = &motion->plan;
+    struct path *path = &plan->path;
+    double way_mm[AXIS_COUNT];
+    kinematics_position_mm(steps, plan->limits.steps_per_mm, way_mm);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        plan->position_mm[ax] += way_mm[ax];
+        plan->newest.target_mm[ax] += way_mm[ax];
+        plan->reduce.anchor_mm[ax] += way_mm[ax];
+        for (uint32_t stop = path->stop_tail; stop != path->stop_head; stop++)
+            path->stop_steps[stop & (PATH_STOPS - 1)][ax] += steps[ax];
+    }
+    emit_shift(&motion->emit, steps, way_mm);
+}
+
+static void widen(const double at_mm[AXIS_COUNT], double low_mm[AXIS_COUNT], double high_mm[AXIS_COUNT]) {
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        low_mm[ax] = at_mm[ax] < low_mm[ax] ? at_mm[ax] : low_mm[ax];
+        high_mm[ax] = at_mm[ax] > high_mm[ax] ? at_mm[ax] : high_mm[ax];
+    }
+}
+
+static void walk(double at_mm[AXIS_COUNT], const vec *way, double low_mm[AXIS_COUNT],
+                 double high_mm[AXIS_COUNT]) {
+    float way_mm[AXIS_COUNT] = {0};
+    vec_store(*way, way_mm);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        at_mm[ax] += (double)way_mm[ax];
+    widen(at_mm, low_mm, high_mm);
+}
+
+/* From control point to control point, of pieces and then of knots that are none yet. */
+void motion_bounds(const struct motion *motion, double low_mm[AXIS_COUNT], double high_mm[AXIS_COUNT]) {
+    const struct plan *plan = &motion->plan;
+    const struct path *path = &plan->path;
+    double at_mm[AXIS_COUNT];
+    kinematics_position_mm(motion->emit.steps, plan->limits.steps_per_mm, at_mm);
+    memcpy(low_mm, at_mm, sizeof at_mm);
+    memcpy(high_mm, at_mm, sizeof at_mm);
+    widen(plan->position_mm, low_mm, high_mm);
+    memcpy(at_mm, motion->emit.corner_mm, sizeof at_mm);
+    widen(at_mm, low_mm, high_mm);
+    for (uint32_t i = path->tail + (motion->emit.entered ? 1u : 0u); (int32_t)(path->head - i) > 0; i++) {
+        const struct piece *piece = &path->pieces[i & (PLAN_SIZE - 1)];
+        const vec chord = piece->unit * piece->length_mm;
+        walk(at_mm, &chord, low_mm, high_mm);
+    }
+    for (uint32_t i = path->blended + 1; (int32_t)(path->newest - i) >= 0; i++)
+        walk(at_mm, &path->knots[i & (KNOT_RING - 1)].chord, low_mm, high_mm);
+    widen(plan->reduce.anchor_mm, low_mm, high_mm);
+}
+
 void motion_reset(struct motion *motion, const int32_t position_steps[AXIS_COUNT]) {
     plan_reset(&motion->plan, position_steps);
     emit_reset(&motion->emit, position_steps);

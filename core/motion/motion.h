@@ -87,6 +87,13 @@ bool motion_is_held(const struct motion *motion);
 /** Overrides: 1 = 100 %. @param feed 0.1 .. 2; @param rapid 0.25 .. 1 */
 void motion_set_override(struct motion *motion, float feed, float rapid);
 
+/** Held and at rest: all that is planned moves by so many steps of the joints; the axes are brought there by
+ * others. */
+void motion_shift(struct motion *motion, const int32_t steps[AXIS_COUNT]);
+
+/** What is planned and where it is held lies between these two, but for rounded corners, joints in mm. */
+void motion_bounds(const struct motion *motion, double low_mm[AXIS_COUNT], double high_mm[AXIS_COUNT]);
+
 /** Drop everything not yet in steps and stand at this position. The motion side is halted, and prep was
  * reset. */
 void motion_reset(struct motion *motion, const int32_t position_steps[AXIS_COUNT]);

@@ -82,6 +82,8 @@ struct settings {
     uint8_t homing_cycle_5_mask;
     /** $49 [axes] 0..63: Axes that $H homes sixth, together: X=1 Y=2 Z=4 A=8 B=16 C=32, added up. */
     uint8_t homing_cycle_6_mask;
+    /** $57 [mm/min] 1..100000: Feed at which Z goes down to where a parked or interrupted job was left. */
+    float return_feed_mm_min;
     /** $73 [Hz] 0..20000: Square wave of the charge pump; 0 = off. The board brings its own. */
     uint16_t charge_pump_hz;
     /** $74 0..2: Sender or host lost: 0 finish, 1 feed hold, 2 reset. Jogs end. */
@@ -199,6 +201,7 @@ enum setting_number {
     SETTING_HOMING_CYCLE_4_MASK = 47,
     SETTING_HOMING_CYCLE_5_MASK = 48,
     SETTING_HOMING_CYCLE_6_MASK = 49,
+    SETTING_RETURN_FEED_MM_MIN = 57,
     SETTING_CHARGE_PUMP_HZ = 73,
     SETTING_SENDER_LOST = 74,
     SETTING_SENDER_LOST_SPINDLE_S = 75,
@@ -255,7 +258,7 @@ enum setting_effect {
 };
 
 /** Rows of the table (a per-axis row stands for six settings), and settings in all on six axes. */
-enum { SETTINGS_ROW_COUNT = 74, SETTINGS_COUNT = 119 };
+enum { SETTINGS_ROW_COUNT = 75, SETTINGS_COUNT = 120 };
 
 /** The greatest N of $N. */
 enum { SETTINGS_NUMBER_MAX = 539 };

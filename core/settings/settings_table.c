@@ -44,6 +44,7 @@ const struct setting_row setting_rows[SETTINGS_ROW_COUNT] = {
     {47, FIELD(homing_cycle_4_mask), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 0, 63, 0, 0x080},
     {48, FIELD(homing_cycle_5_mask), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 0, 63, 0, 0x080},
     {49, FIELD(homing_cycle_6_mask), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 0, 63, 0, 0x080},
+    {57, FIELD(return_feed_mm_min), SETTING_TYPE_FLOAT, 1, 3, STATUS_BAD_NUMBER, 1, 100000, 300, 0x004},
     {73, FIELD(charge_pump_hz), SETTING_TYPE_U16, 1, 0, STATUS_BAD_NUMBER, 0, 20000, 0, 0x008},
     {74, FIELD(sender_lost), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 0, 2, 1, 0x200},
     {75, FIELD(sender_lost_spindle_s), SETTING_TYPE_FLOAT, 1, 1, STATUS_BAD_NUMBER, 0, 3600, 5, 0x200},

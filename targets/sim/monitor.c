@@ -248,6 +248,10 @@ static void looked(void *ctx, bool controller) {
 
 static void put(void *ctx, uint8_t byte, bool lossy) {
     struct monitor *monitor = ctx;
+    if (byte == 0xA3) { /* the operator's lines are answered before those that wait */
+        monitor->lossy = true;
+        memset(monitor->expected, ANSWER_ANY, sizeof monitor->expected);
+    }
     if (byte >= 0x80 || byte == 0x18 || byte == '?' || byte == '!' || byte == '~')
         return; /* taken out before the lines */
     /* Once bytes may be lost it is not known any more which line an answer belongs to: then only their

@@ -132,8 +132,8 @@ static const char *const dollars[] = {
     "$T",
     "$999=1",
 };
-static const uint8_t bytes[] = {'?',  '!',  '~',  0x18, 0x84, 0x85, 0x90, 0x91, 0x92, 0x93,
-                                0x94, 0x95, 0x96, 0x97, 0x99, 0x9A, 0x9B, 0x9E, 0xA0, 0xA1};
+static const uint8_t bytes[] = {'?',  '!',  '~',  0x18, 0x84, 0x85, 0x90, 0x91, 0x92, 0x93, 0x94,
+                                0x95, 0x96, 0x97, 0x99, 0x9A, 0x9B, 0x9E, 0xA0, 0xA1, 0xA3, 0xA3};
 static const int inputs[] = {VIRTUAL_LIMIT_MIN, VIRTUAL_LIMIT_MAX + 1, VIRTUAL_PROBE,        VIRTUAL_DOOR,
                              VIRTUAL_ESTOP,     VIRTUAL_HOLD,          VIRTUAL_START,        VIRTUAL_RESET,
                              VIRTUAL_DIGITAL,   VIRTUAL_DIGITAL + 1,   VIRTUAL_LIMIT_MIN + 2};

@@ -14,7 +14,9 @@ SETTLED_S = 7.0  # quiet after an alarm 0.5 s, a door's restoring 5 s
 REACHED_S = 1.0  # the same on the way to a situation
 LASTING = {"host_motion"}  # inputs whose situation comes later
 PULSE_S = 0.02
-PER_AXIS = tuple(f"${base + axis}={value}" for base, value in ((100, 10), (120, 500), (130, 9000)) for axis in range(3))
+PER_AXIS = tuple(
+    f"${base + axis}={value}" for base, value in ((100, 10), (110, 5000), (120, 500), (130, 9000)) for axis in range(3)
+)
 LINES = (*PER_AXIS, "$22=1", "$21=1", "$24=600", "$25=600", "$75=0.01")
 
 # How each state is reached from an idle machine with spindle and coolant on, with what may be under way in it.
@@ -34,6 +36,16 @@ SITUATIONS: dict[str, list[str]] = {
     "lost, nothing": ["sender_lost"],
     "lost, move": ["move", "sender_lost"],
     "lost, M0": ["pause", "sender_lost"],
+    "parked": ["hold_byte", "park_byte"],
+    "parked, move": ["move", "hold_byte", "park_byte"],
+    "parked, M6": ["tool_change", "park_byte"],
+    "parked, from the door": ["move", "door_byte", "park_byte"],
+    "parked, lost": ["move", "hold_byte", "park_byte", "sender_lost", "park_byte"],
+    "parked_moves": ["move", "hold_byte", "park_byte", "jog_line"],
+    "parked_moves, probe": ["pause", "park_byte", "probe"],
+    "parked_moves, resumes": ["move", "hold_byte", "park_byte", "probe", "resume_byte"],
+    "door_closed, parked": ["move", "hold_byte", "park_byte", "door_byte"],
+    "door_closed, operator probes": ["move", "hold_byte", "park_byte", "probe", "door_byte"],
     "door_open, nothing": ["door_opens"],
     "door_open, move": ["move", "door_opens"],
     "door_open, M0": ["pause", "door_opens"],

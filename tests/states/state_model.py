@@ -10,10 +10,14 @@ from generate.states_table import Input, Rule, Table
 BANNER = "Grbl 1.1h"
 MOVING = {"move", "probe", "jog", "home"}
 PAUSES = {"pause", "tool_change"}
-DOOR_ACTS = {"idle", "run", "hold", "lost", "jog", "returned", "host_run", "host_hold", "host_jog"}
+PARKED = ("parked", "parked_moves")
+DOOR_ACTS = {"idle", "run", "hold", "lost", "jog", "returned", "host_run", "host_hold", "host_jog", *PARKED}
 LOST = "[MSG:Sender lost: feed hold]"
 HOST_RPM, TEXT_RPM = 900, 500
-HELD_BACK = ("hold", "lost", "door_open", "door_closed", "returned", "host_hold", "host_door_open", "host_door_closed")
+HELD_BACK = (
+    *("hold", "lost", "door_open", "door_closed", "returned", "host_hold", "host_door_open", "host_door_closed"),
+    *PARKED,
+)
 
 
 @dataclass
@@ -57,6 +61,14 @@ class Model:
     host_on: bool = False  # what it asked for last: spindle and flood on
     locked_before: bool = False
     sender_gone: bool = False  # while a host commanded
+    parked: bool = False  # the job waits for the operator, also behind a door or without a sender
+    probes: bool = False  # the operator, whose line is open
+    lines_ended: bool = False  # a ~ has ended the operator's lines, or the sender was lost
+    resumes: bool = False  # ~ waits for the end of the operator's motion
+    suspended: bool = False  # parked with spindle and coolant still stopped by what was before
+    refused: bool = False  # ... and are, as the sender was lost
+    aside: list[str] = field(default_factory=list)  # lines of the operator that wait
+    jobs: tuple[bool, int, int] = (False, 0, TEXT_RPM)  # spindle, coolant and rpm that it gets back
 
     # ---- what can be seen ----
 
@@ -68,6 +80,8 @@ class Model:
     def moves(self) -> bool:
         if self.state == "host_run":
             return self.segments
+        if self.state == "parked_moves":
+            return True
         return self.state in ("run", "jog", "home", "host_jog", "host_home") and self.activity in MOVING
 
     @property
@@ -80,7 +94,7 @@ class Model:
 
     @property
     def _is_suspended(self) -> bool:
-        return self.table.states[self.state].outputs == "stopped"
+        return self.table.states[self.state].outputs == "stopped" or (self.state in PARKED and self.suspended)
 
     # ---- what happens ----
 
@@ -105,7 +119,14 @@ class Model:
         same |= name in ("host_outputs", "host_outputs_off") and (name == "host_outputs") == self.host_on
         found |= {"no change"} if same else set()
         found |= {"outputs on"} if self.spindle or self.coolant else set()
-        return frozenset(found | self._host_conditions())
+        return frozenset(found | self._host_conditions() | self._park_conditions())
+
+    def _park_conditions(self) -> set[str]:
+        found = {"parked"} if self.parked else set()
+        found |= {"operator probes"} if self.probes else set()
+        found |= {"lines ended"} if self.lines_ended else set()
+        left = self.lines_ended and (self.resumes or self.aside or self.probes)
+        return found | ({"lines left"} if left else set())
 
     def _host_conditions(self) -> set[str]:
         found = {"stream known"} if self.stream_known else set()
@@ -137,8 +158,9 @@ class Model:
             self.sender_gone = True
             return
         rule = self.table.cell(self.state, entry.name, self._conditions(entry.name))
-        if rule.answer == "waits":
-            self.waiting.append(entry.name)
+        behind = bool(self.aside) and entry.line is not None and self.state in PARKED and not self.lines_ended
+        if rule.answer == "waits" or behind:
+            (self.aside if self.parked and not self.lines_ended else self.waiting).append(entry.name)
             return
         said.says += ordered(entry, rule)
         said.reports += rule.answer == "report"
@@ -146,6 +168,7 @@ class Model:
         locked = self.state == "alarm" or (self.state in ("critical", "estop") and self.locked_before)
         self._end_open_line(entry, rule, said)
         self._answer(entry, rule, said)
+        self._park(entry, rule)
         self._switch(entry, rule)
         self._go(entry, rule, said)
         self._follow_host(entry, rule)
@@ -176,6 +199,10 @@ class Model:
 
     def _end_open_line(self, entry: Input, rule: Rule, said: Said) -> None:
         """A reset and a critical alarm end the line under way; so does the end of a probe."""
+        if self.probes and entry.line is None:
+            self._end_probe(rule, said)
+            if "[PRB:" in rule.says:
+                return
         ends = BANNER in rule.says or rule.next in ("critical", "estop") or (entry.line is None and "ok" in rule.says)
         if ends and self.open_line:
             said.answers.append("error:9" if rule.next in ("critical", "estop") else "ok")
@@ -184,10 +211,48 @@ class Model:
             self.waiting.clear()
             self.sender_gone = False
 
+    def _end_probe(self, rule: Rule, said: Said) -> None:
+        """That of the operator: found, missed, or ended with the job."""
+        answers = [text for text in rule.says if text in ("ok", "error:171")]
+        if BANNER in rule.says or rule.next in ("critical", "estop"):
+            answers = ["error:9"]
+        said.answers += answers
+        self.probes = not answers
+
+    def _park(self, entry: Input, rule: Rule) -> None:
+        """The operator's hold begins, changes hands and ends."""
+        if rule.next == "parked" and not self.parked:
+            self.jobs = self.spindle, self.coolant, self.rpm
+            self.parked, self.suspended, self.lines_ended = True, False, False
+        if not self.parked:
+            return
+        if rule.next == "parked" and entry.name == "park_byte":
+            self.suspended |= self.table.states[self.state].outputs == "stopped"
+            self.sender_held = False
+        if entry.name == "park_byte" and "[MSG:Parked" in " ".join(rule.says):
+            self.lines_ended = False
+        self.suspended &= rule.outputs != "restored"
+        resumes = entry.name in ("resume_byte", "start_button") or (
+            entry.name == "host_resume" and rule.answer == "done"
+        )
+        self.lines_ended |= resumes or entry.name == "sender_lost"
+        self.resumes = (self.resumes or (resumes and self.state == "parked_moves")) and rule.motion != "dropped"
+        self.refused |= entry.name == "sender_lost"
+        if rule.next in ("critical", "estop"):
+            self.waiting += self.aside
+        if rule.motion == "halted":
+            self._unpark()
+
+    def _unpark(self) -> None:
+        self.parked = self.probes = self.lines_ended = self.resumes = self.suspended = self.refused = False
+        self.aside.clear()
+
     def _answer(self, entry: Input, rule: Rule, said: Said) -> None:
         if entry.line is None or not rule.answer:
             return
-        if rule.answer == "later":
+        if rule.answer == "later" and self.parked:
+            self.probes = True
+        elif rule.answer == "later":
             self.open_line, self.opened = True, entry.name
         else:
             said.answers.append("ok" if rule.answer == "list" else rule.answer)
@@ -205,25 +270,33 @@ class Model:
             self.rpm = TEXT_RPM if self.spindle else self.rpm
         elif rule.outputs == "toggled":
             self.coolant ^= {"flood_byte": 2, "mist_byte": 1}.get(entry.name, 0)
-            if entry.name == "spindle_stop_byte" and self.spindle:
+            self._keep_coolant({"flood_byte": 2, "mist_byte": 1}.get(entry.name, 0))
+            if entry.name == "spindle_stop_byte" and self.spindle and not self._is_suspended:
                 self.spindle_stopped = not self.spindle_stopped
+
+    def _keep_coolant(self, bit: int) -> None:
+        """A key counts for the job that waits."""
+        spindle, coolant, rpm = self.jobs
+        self.jobs = spindle, coolant & ~bit | self.coolant & bit, rpm
 
     def _switch_for_host(self, on: bool) -> None:
         """With motion of its own it commands all, else what has changed."""
         self.spindle, self.rpm = on, HOST_RPM if on else 0
         kept = 0 if self._owned else self.coolant & 1
         self.coolant = kept | (2 if on else 0)
+        if not on:
+            self.jobs = False, self.jobs[1] & 1, self.jobs[2]
 
     def _programmed(self, name: str) -> tuple[bool, int]:
         """M3 M8 leaves the mist as it is; M5 M9 ends all."""
         return (True, self.coolant | 2) if name == "spindle_line" else (False, 0)
 
     def _go(self, entry: Input, rule: Rule, said: Said) -> None:
-        if rule.motion == "halted" or (rule.motion == "dropped" and not self.job):
+        if rule.motion == "halted" or (rule.motion == "dropped" and not self.job and not self.parked):
             self.activity, self.job = "", False
         if rule.next in ("host_run", "returned") and self.state == "run":
             self.job = True
-        if entry.starts and rule.next != "unchanged" and not self.activity:
+        if entry.starts and rule.next != "unchanged" and not self.activity and not self.parked:
             self.activity = entry.starts
         self.sender_held |= LOST in rule.says
         if rule.next == "resume":
@@ -247,6 +320,9 @@ class Model:
 
     def _resume(self, said: Said) -> None:
         self.spindle_stopped = self.job = False
+        if self.parked:
+            self.spindle, self.coolant, self.rpm = self.jobs
+            self._unpark()
         if self.activity in PAUSES:
             self.activity, self.open_line = "", False
             said.answers.append("ok")
@@ -269,6 +345,23 @@ class Model:
             self._take(self.table.inputs["door_opens"], said)
         if self.sender_gone and not self._owned:
             self._lose_late(said)
+        if self.refused and self.state in (*PARKED, "lost"):
+            said.answers += ["error:9"] * len(self.aside)
+            self.refused = False
+            self.aside.clear()
+        while self.aside and self.state in PARKED:
+            ended, self.lines_ended = self.lines_ended, False  # they came before the ~
+            rule = self.table.cell(self.state, self.aside[0], self._conditions(self.aside[0]))
+            if rule.answer != "waits":
+                name, *behind = self.aside
+                self.aside = []
+                self._take(self.table.inputs[name], said)
+                self.aside = behind
+            self.lines_ended = ended
+            if rule.answer == "waits":
+                return
+        if self.parked:
+            return
         while self.waiting:
             rule = self.table.cell(self.state, self.waiting[0], self._conditions(self.waiting[0]))
             if rule.answer == "waits":

@@ -24,6 +24,8 @@ ALWAYS = [
     ("hold, move", "home_line"),
     ("hold, move", "resume_byte"),
     ("hold, M0", "resume_byte"),
+    ("parked, M6", "resume_byte"),
+    ("parked_moves", "hold_byte"),
     ("jog", "cancel_byte"),
     ("jog", "move"),
     ("check", "move"),
@@ -38,7 +40,9 @@ EVERY = [
     (situation, name)
     for situation, way in SITUATIONS.items()
     for name in TABLE.inputs
-    if situation.split(",")[0] not in LONG and not NOT_THERE & {name, *way} and name not in NO_MIST
+    if situation.split(",")[0] not in LONG
+    and not (NOT_THERE | {"door_byte"}) & set(way)
+    and name not in NOT_THERE | NO_MIST
 ]
 
 

@@ -141,7 +141,7 @@ def test_a_new_command_is_found() -> None:
 
 @pytest.mark.parametrize(
     ("wrong", "message"),
-    [('state = "parked"', "unknown state parked"), ('state = "idle"\ninput = "kick"', "unknown input kick")],
+    [('state = "nowhere"', "unknown state nowhere"), ('state = "idle"\ninput = "kick"', "unknown input kick")],
 )
 def test_a_wrong_name_is_found(wrong: str, message: str) -> None:
     rule = f"{TEXT}\n[[rule]]\n{wrong}\n" + ("" if "input" in wrong else 'input = "*"\n') + 'source = "grbl"\n'

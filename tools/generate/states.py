@@ -71,6 +71,10 @@ CONDITIONS = {
     "host commands": "while another host commands",
     "host's outputs on": "with spindle or flood on because of the host",
     "locked before": "which were in alarm before",
+    "parked": "if the job is parked",
+    "operator probes": "while the operator's probing move is under way",
+    "lines ended": "after a `~`, or when the sender was lost",
+    "lines left": "with lines of the operator before a `~` that are not done",
 }
 
 

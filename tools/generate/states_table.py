@@ -35,6 +35,10 @@ Condition = Literal[
     "host's outputs on",
     "locked before",
     "stream known",
+    "parked",
+    "operator probes",
+    "lines ended",
+    "lines left",
 ]
 Motion = Literal["unchanged", "starts", "held", "dropped", "halted", "resumes"]
 Outputs = Literal["unchanged", "stopped", "off", "restored", "toggled", "as programmed", "as commanded", "host's off"]

@@ -41,6 +41,8 @@ OWNERS: dict[str, tuple[str, ...]] = {
     "notes": ("notes",),
     "client": ("sender",),
     "host": ("host", "host_motion", "preempt"),
+    "park": ("park", "parking"),
+    "aside": ("interp", "park"),
     "reports": ("report", "status"),
     "reports.coolant_told": ("wiring",),
     "stored": ("answer", "stored", "stored_write"),

@@ -86,6 +86,10 @@ ERRORS: dict[int, str] = {
     162: "$33 to $36, $94 to $98 change only while spindle and laser are off: send M5 first",
     163: "$94 to $97 must ascend: change the one that is in the way first",
     164: "$73: the timer of this board's charge pump does not make this frequency",
+    170: "a parked hold takes only $J=, G38, offsets, spindle, coolant and outputs; ~ resumes the job",
+    171: "the probe was in contact before the move, or did not find it: nothing was set",
+    172: "the job's line sets offsets itself when it continues: change them after it",
+    173: "in a parked hold only straight axes can be moved ($80)",
 }
 
 ALARMS: dict[int, str] = {

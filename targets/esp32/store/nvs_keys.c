@@ -39,6 +39,7 @@ const struct nvs_key nvs_keys[SETTINGS_COUNT] = {
     {47, NVS_U8, "hm_cyc_4"},
     {48, NVS_U8, "hm_cyc_5"},
     {49, NVS_U8, "hm_cyc_6"},
+    {57, NVS_FLOAT, "return_feed"},
     {73, NVS_U16, "cp_freq"},
     {74, NVS_U8, "send_lost"},
     {75, NVS_FLOAT, "send_lost_s"},
