@@ -9,6 +9,7 @@ from pathlib import PurePosixPath
 
 import pytest
 from hypothesis import settings
+from made_key import use_made_key
 from skips import closing_lines, complaint, is_forbidden
 from xdist.remote import Producer
 from xdist.scheduler import LoadScopeScheduling
@@ -20,6 +21,8 @@ settings.load_profile("untimed")
 
 # Arrays here are small: threads of numpy's BLAS, which programs that tests start would have, too, only cost time.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+use_made_key()
 
 # Folders that take longest, the longest first: a long one that starts last leaves the other workers idle.
 LONGEST_FIRST = (
