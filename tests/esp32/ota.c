@@ -53,7 +53,7 @@ static bool is_signed(void *ctx, const uint8_t digest[SHA256_SIZE], const uint8_
     uint8_t right[SHA256_SIZE];
     struct sha256 sha;
     (void)ctx;
-    CHECK(began == 1); /* the machine stands still meanwhile */
+    CHECK(began == 1); /* the machine is locked and at rest meanwhile */
     sha256_begin(&sha);
     sha256_add(&sha, image, IMAGE_SIZE);
     sha256_end(&sha, right);

@@ -35,9 +35,9 @@ def program() -> Path:
     if not Path("/usr/include/mbedtls/ecdsa.h").exists():
         pytest.skip("no mbedTLS: apt-get install libmbedtls-dev")
     folder = checkout_root() / "build" / "tests"
-    write_if_changed(folder / "ota" / "signing_key.h", key_header_text(signing_key()))
+    write_if_changed(folder / "signing" / "signing_key.h", key_header_text(signing_key()))
     sources = [HERE / "ota_serve.c", ESP32 / "net" / "ota.c", ESP32 / "net" / "signature.c"]
-    flags = [f"-I{ESP32}", f"-I{folder / 'ota'}", "-Wl,--no-as-needed", "-lmbedcrypto"]
+    flags = [f"-I{ESP32}", f"-I{folder / 'signing'}", "-Wl,--no-as-needed", "-lmbedcrypto"]
     return build_program(sources, folder / "ota_serve", "release", flags)
 
 
