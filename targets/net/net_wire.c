@@ -72,7 +72,7 @@ void net_wire_close(struct net_wire *wire) {
 /* ---- UDP ---- */
 
 static void read_datagrams(struct net_wire *wire) {
-    uint8_t bytes[WIRE_PACKET_MAX];
+    _Alignas(4) uint8_t bytes[WIRE_PACKET_MAX]; /* siphash() reads words */
     struct net_address from;
     for (int i = 0; i < DATAGRAMS_A_ROUND; i++) {
         long count = net_socket_receive(wire->udp, bytes, sizeof bytes, &from);
