@@ -22,6 +22,7 @@ void access_init(struct access *access, const char *key, bool open, const uint8_
     *access = (struct access){.open = open, .clock_us = now_us};
     memcpy(access->salt, salt, ACCESS_SALT);
     size_t count = access_normal_key(key, strlen(key), normal);
+    access->has_key = count > 0;
     digest_of(normal, count, access->digest);
     sha256_pbkdf2(normal, count, salt, ACCESS_SALT, ACCESS_ROUNDS, access->secret);
 }
@@ -54,7 +55,7 @@ enum access_result access_prove(struct access *access, uint64_t who, uint32_t si
                                 const uint8_t proof[SHA256_SIZE], const uint8_t right[SHA256_SIZE]) {
     if (!access_is_turn(access, who, since_us))
         return ACCESS_WAIT;
-    bool good = sha256_is_equal(proof, right);
+    bool good = sha256_is_equal(proof, right) && access->has_key;
     lockout_note(&access->lockout, who, good, access->clock_us);
     return good ? ACCESS_GOOD : ACCESS_WRONG;
 }

@@ -35,6 +35,7 @@ struct access_trust {
 
 struct access {
     bool open;
+    bool has_key;                /* else none is right */
     bool changed;                /* the addresses that are trusted for ever: the target stores them */
     uint8_t digest[SHA256_SIZE]; /* of the key */
     uint8_t salt[ACCESS_SALT];   /* new at each start */
@@ -45,7 +46,8 @@ struct access {
     uint32_t clock_us;
 };
 
-/** Takes some 0.1 s on a chip, for the secret. @param key  NUL-terminated @param open  to all, without the
+/** Takes some 0.1 s on a chip, for the secret. @param key  NUL-terminated; if it is none
+ * (access_normal_key()), no one logs in @param open  to all, without the
  * key
  *  @param salt  unpredictable @param now_us  wraps */
 void access_init(struct access *access, const char *key, bool open, const uint8_t salt[ACCESS_SALT],

@@ -70,6 +70,25 @@ static enum access_result try_at(struct access *access, const char *key, uint32_
     return try_as(access, 1, key, now_us);
 }
 
+/* Of a key without a letter, or of one that is too long, nothing is left to compare. */
+static void a_key_that_is_none_lets_no_one_in(void) {
+    static const char *const keys[] = {
+        "", "---- ---- ----", "0123456789012345678901234567890123456789012345678901234567890123456789"};
+    static const uint8_t salt[ACCESS_SALT] = {1};
+    for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++)
+        for (size_t k = 0; k < sizeof keys / sizeof keys[0]; k++) {
+            struct access access, theirs;
+            uint8_t nonce[ACCESS_NONCE], message[16 + ACCESS_NONCE] = "WiFiCNC login", proof[SHA256_SIZE];
+            access_init(&access, keys[i], false, salt, 0);
+            access_init(&theirs, keys[k], false, salt, 0);
+            CHECK(try_as(&access, 1, keys[k], 0) == ACCESS_WRONG);
+            access_nonce(&access, 7, nonce);
+            memcpy(message + 16, nonce, sizeof nonce);
+            sha256_hmac(theirs.secret, SHA256_SIZE, message, sizeof message, proof);
+            CHECK(access_answer(&access, 2, 0, 7, proof) == ACCESS_WRONG);
+        }
+}
+
 enum { ASKS_US = 1000, LONGEST_US = LOCKOUT_LONGEST_S * 1000000 };
 
 /* A try that asks until it is looked at. @return when, us after it came */
@@ -527,6 +546,7 @@ static void a_reset_of_the_controller_forgets_what_its_owner_has_sent(void) {
 }
 
 int main(void) {
+    a_key_that_is_none_lets_no_one_in();
     digests_are_the_published_ones();
     derived_digests_are_the_published_ones();
     wrong_tries_become_slower_and_the_right_one_is_late_but_accepted();

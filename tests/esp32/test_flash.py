@@ -275,6 +275,7 @@ def test_boards_without_an_esp32_are_refused() -> None:
     [
         (("nvs", "build", "shapeoko3", "--ssid", "x" * 33), "wifi_ssid: 33 bytes"),
         (("nvs", "build", "shapeoko3", "--access-key", ""), "access_key: 0 bytes"),
+        (("nvs", "build", "shapeoko3", "--access-key", "abc -- ---- ----"), "access_key: 3 bytes"),
         (("nvs", "build", "shapeoko3", "--set", "p_sx=300"), "p_sx"),
         (("nvs", "build", "shapeoko3", "--set", "nonsense=3"), "no such key"),
     ],

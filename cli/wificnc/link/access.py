@@ -9,6 +9,7 @@ import secrets
 
 LETTERS = "0123456789abcdefghjkmnpqrstvwxyz"  # Crockford's: none is like another
 GROUPS, GROUP = 4, 5
+KEY_MAX = 63  # bytes without dashes and spaces
 LABEL = b"WiFiCNC login\0\0\0"
 QUESTION = re.compile(rb"\[LOGIN:([0-9a-f]{32}),([0-9a-f]{32}),(\d{1,6})\]")  # six digits: some 0.1 s of a computer
 
