@@ -84,6 +84,10 @@ enum access_result access_answer(struct access *access, uint64_t who, uint32_t s
 /** Trust this address from now on, instead of what was. @return false: all places are taken */
 bool access_trust(struct access *access, uint64_t who, enum access_span span);
 
+/** The host of this address is in control: its trust does not run out within the next ten minutes, so its job
+ * is not held in the middle. */
+void access_keep(struct access *access, uint64_t who);
+
 /** Trust what is in this place no more. @param place  0 .. ACCESS_TRUSTED - 1 */
 void access_revoke(struct access *access, unsigned place);
 

@@ -97,6 +97,7 @@ struct net_client {
     bool ended;         /* sends no more; stays until it has heard the answers */
     bool gone;          /* to be removed */
     bool locked;        /* not logged in; `in` is the line that it types */
+    bool by_trust;      /* it was let in because its address is trusted, not by the key */
     bool hears_left;    /* gets the answers to lines of former owners, too */
     bool spoiled;       /* the line that comes next, or has begun, is to be refused */
     bool opened;        /* judged by its first bytes, which `in` holds until then; or need not be */

@@ -243,5 +243,7 @@ bool net_hub_answer_access(struct net_hub *hub, struct net_client *client, const
         return false;
     bool done = !trusts || take_trust(hub, client, line, size);
     net_hub_say(hub, client, done ? "ok\r\n" : "error:3\r\n", done ? 4 : 9);
+    if (trusts && done && hub->access != NULL)
+        net_hub_end_untrusted(hub, client);
     return true;
 }

@@ -46,6 +46,10 @@ void net_hub_note_heard(const struct net_hub *hub, struct net_client *client);
 
 void net_hub_remove_client(struct net_hub *hub, struct net_client *client);
 
+/** Trust was revoked: who is connected because of it, and has not logged in, is disconnected. Trust that has
+ * run out ends no connection, so no job. @param asks  who has revoked it: it gets its answer first */
+void net_hub_end_untrusted(struct net_hub *hub, const struct net_client *asks);
+
 /* ---- net_hub_access.c ---- */
 
 bool net_hub_is_login(const char *line, size_t size);

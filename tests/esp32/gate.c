@@ -202,6 +202,26 @@ static void case_dashes_and_spaces_of_a_key_do_not_count(void) {
     CHECK(try_at(&gate, "K7QF3X2M9D 0ABCD EFGH", 0) == ACCESS_WRONG);
 }
 
+/* Only where it is trusted. */
+static void trust_does_not_run_out_while_its_host_is_in_control(void) {
+    const uint64_t minute_us = 60000000u;
+    struct access gate;
+    begin(&gate, "correct horse");
+    access_keep(&gate, 3);
+    access_keep(&gate, 0);
+    CHECK(!access_may(&gate, 3) && access_trust(&gate, 1, ACCESS_DAY) &&
+          access_trust(&gate, 2, ACCESS_ALWAYS));
+    for (uint64_t t_us = 0; t_us < 30 * 60 * minute_us; t_us += minute_us) {
+        access_poll(&gate, (uint32_t)t_us);
+        access_keep(&gate, 1);
+        access_keep(&gate, 2);
+        CHECK(access_may(&gate, 1));
+    }
+    for (uint64_t t_us = 30 * 60 * minute_us; t_us < 30 * 60 * minute_us + 11 * minute_us; t_us += minute_us)
+        access_poll(&gate, (uint32_t)t_us);
+    CHECK(!access_may(&gate, 1) && access_may(&gate, 2));
+}
+
 static void an_address_is_trusted_for_a_day_or_always(void) {
     const uint64_t hour_us = 3600ull * 1000000;
     struct access gate;
@@ -320,6 +340,36 @@ static void who_is_trusted_is_listed_and_revoked(void) {
     send(1, "$TRUST=none\n$TRUST\n");
     CHECK(strcmp(wires[1].out, "[MSG:No address is trusted any more]\r\nok\r\nok\r\n") == 0 &&
           got_count == 0);
+}
+
+/* A stranger that came in by a trusted address does not stay, nor move the machine on; who has logged in
+ * does. */
+static void revoked_trust_ends_the_connections_that_it_has_let_in(void) {
+    start("s3cret!?");
+    CHECK(access_trust(&the_gate, 1, ACCESS_DAY)); /* of clients 0 and 3 */
+    CHECK(come(0, false) && come(1, false) && come(3, false));
+    full = true;
+    send(0, "G0X1\nG0X2\n");
+    CHECK(hub.owner == &hub.client[0]);
+    send(3, "$LOGIN=s3cret!?\n"); /* in already, and it is no proof of the key */
+    send(1, "$LOGIN=s3cret!?\n$TRUST=no 1\n");
+    CHECK(strstr(wires[1].out, "ok\r\n") != NULL && !wires[1].closed);
+    CHECK(strstr(wires[0].out, "[MSG:Disconnected: this address is not trusted any more]") != NULL);
+    CHECK(wires[0].closed && wires[3].closed && owners_left == 1 && hub.owner != &hub.client[0]);
+    start("s3cret!?"); /* one's own: it has its answer */
+    CHECK(access_trust(&the_gate, 1, ACCESS_DAY) && come(0, false));
+    send(0, "$TRUST=no\nG0X3\n");
+    CHECK(strstr(wires[0].out, "not trusted any more]\r\nok\r\n") != NULL && wires[0].closed);
+    CHECK(strstr(got, "X3") == NULL);
+    start("s3cret!?"); /* a day is over: no job ends with it */
+    CHECK(access_trust(&the_gate, 1, ACCESS_DAY) && come(0, false));
+    send(0, "G0X1\n");
+    for (unsigned hour = 0; hour < 25 * 2; hour++) {
+        clock_us += 1800000000u;
+        round_trip();
+    }
+    send(0, "G0X2\n");
+    CHECK(!access_may(&the_gate, 1) && !wires[0].closed && strstr(got, "X2") != NULL);
 }
 
 static void a_trust_that_cannot_be_is_refused(void) {
@@ -558,12 +608,14 @@ int main(void) {
     after_hours_of_quiet_nobody_waits();
     case_dashes_and_spaces_of_a_key_do_not_count();
     an_address_is_trusted_for_a_day_or_always();
+    trust_does_not_run_out_while_its_host_is_in_control();
     when_all_places_are_taken_no_trust_is_lost();
     open_access_asks_for_no_key();
     a_locked_client_can_ask_for_status_hold_and_stop();
     an_observer_holds_and_behind_that_resets();
     a_trusted_address_needs_no_login_until_that_is_revoked();
     who_is_trusted_is_listed_and_revoked();
+    revoked_trust_ends_the_connections_that_it_has_let_in();
     a_trust_that_cannot_be_is_refused();
     the_key_lets_in_and_may_have_real_time_characters();
     a_proof_lets_in_without_the_key();

@@ -170,7 +170,8 @@ def test_a_trusted_address_needs_no_seal_until_that_is_revoked(locked: Device) -
     assert steps_of_x(locked, motion(locked)) == 0
 
 
-def test_trust_for_a_day_is_no_longer_than_that(make_device: Callable[..., Device]) -> None:
+def test_trust_for_a_day_needs_no_login(make_device: Callable[..., Device]) -> None:
+    """How long that is: tests/esp32/gate.c."""
     locked = make_device(key=KEY)
     locked.trust(HOST, TRUST_DAY)
     locked.run(10)
