@@ -25,7 +25,8 @@ void access_init(struct access *access, const char *key, bool open, const uint8_
     size_t count = access_normal_key(key, strlen(key), normal);
     access->has_key = count > 0;
     digest_of(normal, count, access->digest);
-    sha256_pbkdf2(normal, count, salt, ACCESS_SALT, ACCESS_ROUNDS, access->secret);
+    if (access->has_key)
+        sha256_pbkdf2(normal, count, salt, ACCESS_SALT, ACCESS_ROUNDS, access->secret);
 }
 
 void access_poll(struct access *access, uint32_t now_us) {
