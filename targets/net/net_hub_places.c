@@ -123,7 +123,9 @@ static struct net_client *place_for(struct net_hub *hub, const struct net_stream
                                           .owner = hub->owner_peer,
                                           .unproven = unproven_places(hub),
                                           .login_us = MOMENT_US,
-                                          .local = stream->local};
+                                          .local = stream->local,
+                                          .trusted =
+                                              net_hub_locks(hub) && access_may(hub->access, stream->peer)};
     fill_places(hub, places);
     int chosen = net_places_choose(places, hub->sizes.clients, &newcomer, hub->now_us);
     if (chosen < 0)
