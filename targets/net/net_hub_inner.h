@@ -67,6 +67,10 @@ enum access_result net_hub_try_login(struct net_hub *hub, struct net_client *cli
  * reset counts only behind a hold of the same client. */
 bool net_hub_may_stop(struct net_hub *hub, struct net_client *client, uint8_t byte);
 
+/** Whether the start button was pressed: who is in front of the machine lets in the one address that has just
+ * tried to command, for a day. */
+void net_hub_follow_button(struct net_hub *hub);
+
 /** The access key, to who has a cable to the controller. */
 void net_hub_tell_key(struct net_hub *hub, struct net_client *client);
 

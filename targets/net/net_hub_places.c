@@ -180,6 +180,7 @@ static void end_the_silent(struct net_hub *hub, struct net_client *client) {
 
 void net_hub_tick(struct net_hub *hub, uint32_t now_us) {
     hub->now_us = now_us;
+    net_hub_follow_button(hub);
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++) {
         if (!net_hub_is_open(client))
             continue;
