@@ -83,7 +83,7 @@ static void the_start_button_lets_in_who_has_just_tried_to_command(void) {
     CHECK(come(0, false));
     pressed++;
     round_trip();
-    CHECK(hub.client[0].locked); /* nobody has tried */
+    CHECK(hub.client[0].locked); /* no client has tried */
     send(0, "G0X1\n");
     wait_s(59);
     CHECK(got_count == 0 && come(3, false));
