@@ -137,7 +137,7 @@ def pair(folder: Path, key: str | None) -> None:
 def _address_in(folder: Path) -> str:
     """The controller of a configuration. Raises UserError."""
     texts = [path.read_text(encoding="utf-8", errors="replace") for path in sorted(folder.glob("*.ini"))]
-    found = {match for text in texts for match in ADDRESS.findall(text)}
+    found = {str(match) for text in texts for match in ADDRESS.findall(text)}
     if len(found) != 1:
         said = f"addresses: {', '.join(sorted(found))}" if found else "no address of a controller"
         raise UserError(f"{folder}: {said} in its INI files", hint="`wificnc linuxcnc init` writes [WIFICNC] ADDRESS")

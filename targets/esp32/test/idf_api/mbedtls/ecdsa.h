@@ -20,7 +20,8 @@ void mbedtls_mpi_free(mbedtls_mpi *);
 int mbedtls_mpi_read_binary(mbedtls_mpi *, const unsigned char *, size_t);
 void mbedtls_ecp_point_init(mbedtls_ecp_point *);
 void mbedtls_ecp_point_free(mbedtls_ecp_point *);
-int mbedtls_ecp_point_read_binary(const mbedtls_ecp_group *, mbedtls_ecp_point *, const unsigned char *, size_t);
+int mbedtls_ecp_point_read_binary(const mbedtls_ecp_group *, mbedtls_ecp_point *, const unsigned char *,
+                                  size_t);
 void mbedtls_ecp_group_init(mbedtls_ecp_group *);
 void mbedtls_ecp_group_free(mbedtls_ecp_group *);
 int mbedtls_ecp_group_load(mbedtls_ecp_group *, mbedtls_ecp_group_id);
