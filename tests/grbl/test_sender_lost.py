@@ -314,7 +314,7 @@ def test_whatever_was_under_way_nothing_is_a_minute_later(grbl: Grbl, state: str
     grbl.lose_sender()
     grbl.after(1.0)
     if state == "jog":
-        assert abs(grbl.position()[0] - at[0]) < 250 * 5, "it went on"
+        assert abs(grbl.position()[0] - at[0]) < 250 * 5, "it did not end"
     if state.startswith("laser") and lost != 0:
         assert grbl.outputs().spindle_duty == 0, "the beam is on"
     grbl.after(59)
