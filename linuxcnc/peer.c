@@ -18,6 +18,7 @@ enum {
     ALL_AXES = 0xFF,
     ESTOP_TIMES = 3,
     ROUNDS_MAX = 100000, /* of PBKDF2: more would stop this thread */
+    ROUNDS_MIN = 1000,   /* fewer let a rogue controller guess the key from our proof */
     LATE_MAX_MS = 1000,  /* a report that is older by more is of a controller that has started again */
 };
 
@@ -158,7 +159,7 @@ static void authenticate(struct peer *peer, const uint8_t *payload) {
     struct wire_authenticate given;
     wire_get_challenge_response(payload, &asked);
     size_t count = access_normal_key(peer->key, strlen(peer->key), normal);
-    if (asked.rounds > ROUNDS_MAX) {
+    if (asked.rounds < ROUNDS_MIN || asked.rounds > ROUNDS_MAX) {
         peer->lost = "the controller does not know this protocol";
         return;
     }
@@ -180,7 +181,7 @@ static void take_hello(struct peer *peer, const uint8_t *payload) {
     struct wire_handshake_response hello;
     wire_get_handshake_response(payload, &hello);
     if ((hello.capabilities & WIRE_CAPABILITY_LOCKED) != 0 && peer->key[0] == '\0')
-        peer->lost = "the controller is locked: --key";
+        peer->lost = "the controller is locked: wificnc linuxcnc pair";
     else
         peer->lost = peer->owner.greet(peer->owner.owner, &hello);
     peer->is_up = peer->lost == NULL;
@@ -188,8 +189,9 @@ static void take_hello(struct peer *peer, const uint8_t *payload) {
 
 static void begin_answered(struct peer *peer, const struct control_answer *answer) {
     if (answer->type == WIRE_REFUSED)
-        peer->lost = answer->request == WIRE_AUTHENTICATE ? "the controller refuses the access key: --key"
-                                                          : "the controller does not know this protocol";
+        peer->lost = answer->request == WIRE_AUTHENTICATE
+                         ? "the controller refuses the access key: wificnc linuxcnc pair"
+                         : "the controller does not know this protocol";
     else if (answer->request == WIRE_CHALLENGE)
         authenticate(peer, answer->payload);
     else if (answer->request == WIRE_AUTHENTICATE)

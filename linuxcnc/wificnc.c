@@ -45,6 +45,7 @@ struct program {
     struct module_pins *module_pins;
     struct module module;
     const char *broken; /* what the sockets say */
+    char key[128];      /* of --key-file */
 };
 
 static volatile sig_atomic_t ends;
@@ -283,9 +284,10 @@ static void show_help(FILE *to) {
           "  --address IPV4    of the controller\n"
           "  --joints N        1 to 6, 3 if not said; joint n is the controller's axis n\n"
           "  --name NAME       of the component, before its pins; wificnc if not said\n"
+          "  --key-file FILE   where `wificnc linuxcnc pair` has stored the access key; may be missing\n"
           "  --key KEY         access key, if the controller is locked; others see it in the list of "
           "processes,\n"
-          "                    but not what the environment variable WIFICNC_PASSWORD says\n"
+          "                    but not what the environment variable WIFICNC_KEY says\n"
           "  --queue-ms MS     motion that waits in the controller, 10 to 1000; 100 if not said\n"
           "  --run-up-s S      of a spindle without an encoder, until it is reported at speed; 0 if not "
           "said\n"
@@ -308,6 +310,23 @@ static bool number_of(const char *option, const char *text, bool is_whole, doubl
     return false;
 }
 
+/* One line. Where there is no file, the controller may need no key. */
+static bool read_key(struct program *program, const char *path) {
+    FILE *file = fopen(path, "r");
+    if (file == NULL && errno == ENOENT)
+        return true;
+    if (file == NULL || fgets(program->key, sizeof program->key, file) == NULL) {
+        fprintf(stderr, "wificnc-hal: --key-file %s: cannot read it\n", path);
+        if (file != NULL)
+            (void)fclose(file);
+        return false;
+    }
+    (void)fclose(file);
+    program->key[strcspn(program->key, "\r\n")] = '\0';
+    program->options.key = program->key;
+    return true;
+}
+
 static bool take_option(struct program *program, int option, const char *name, const char *text) {
     double number = 0.0;
     bool fine = true;
@@ -326,6 +345,9 @@ static bool take_option(struct program *program, int option, const char *name, c
         break;
     case 'k':
         program->options.key = text;
+        break;
+    case 'f':
+        fine = read_key(program, text);
         break;
     case 'j':
         fine = number_of(name, text, true, 1, PIN_JOINTS, &number);
@@ -348,17 +370,12 @@ static bool take_option(struct program *program, int option, const char *name, c
 
 static bool parse(struct program *program, int argc, char **argv) {
     static const struct option options[] = {
-        {"address", required_argument, NULL, 'a'},
-        {"name", required_argument, NULL, 'n'},
-        {"key", required_argument, NULL, 'k'},
-        {"joints", required_argument, NULL, 'j'},
-        {"queue-ms", required_argument, NULL, 'q'},
-        {"run-up-s", required_argument, NULL, 'r'},
-        {"sampler", required_argument, NULL, 's'},
-        {"help", no_argument, NULL, 'h'},
-        {"version", no_argument, NULL, 'v'},
-        {"io-module", no_argument, NULL, 'm'},
-        {NULL, 0, NULL, 0},
+        {"address", required_argument, NULL, 'a'},  {"name", required_argument, NULL, 'n'},
+        {"key", required_argument, NULL, 'k'},      {"key-file", required_argument, NULL, 'f'},
+        {"joints", required_argument, NULL, 'j'},   {"queue-ms", required_argument, NULL, 'q'},
+        {"run-up-s", required_argument, NULL, 'r'}, {"sampler", required_argument, NULL, 's'},
+        {"help", no_argument, NULL, 'h'},           {"version", no_argument, NULL, 'v'},
+        {"io-module", no_argument, NULL, 'm'},      {NULL, 0, NULL, 0},
     };
     int which = 0;
     for (int option; (option = getopt_long(argc, argv, "", options, &which)) != -1;) {

@@ -9,6 +9,7 @@ from collections.abc import Generator
 import pytest
 from folder_scheduling import FolderScheduling
 from hypothesis import settings
+from made_key import use_made_key
 from skips import closing_lines, complaint, is_forbidden
 from xdist.remote import Producer
 
@@ -19,6 +20,8 @@ settings.load_profile("untimed")
 
 # Arrays here are small: threads of numpy's BLAS, which programs that tests start would have, too, only cost time.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+use_made_key()
 
 # Folders that take longest, the longest first: a long one that starts last leaves the other workers idle.
 LONGEST_FIRST = (

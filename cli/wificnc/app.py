@@ -54,7 +54,10 @@ GROUPS: dict[str, dict[str, tuple[str, str]]] = {
     },
 }
 # What only builds call.
-PLUMBING = {"page": ("page", "Generate page_files.h, with which a firmware carries the page.")}
+PLUMBING = {
+    "page": ("page", "Generate page_files.h, with which a firmware carries the page."),
+    "signing-key": ("signing_key", "Generate signing_key.h, whose key signs a firmware's updates."),
+}
 COMMANDS = {name: command for group in (*GROUPS.values(), PLUMBING) for name, command in group.items()}
 
 

@@ -35,6 +35,7 @@ struct access_trust {
 
 struct access {
     bool open;
+    bool has_key;                /* else none is right */
     bool changed;                /* the addresses that are trusted for ever: the target stores them */
     uint8_t digest[SHA256_SIZE]; /* of the key */
     uint8_t salt[ACCESS_SALT];   /* new at each start */
@@ -45,7 +46,8 @@ struct access {
     uint32_t clock_us;
 };
 
-/** Takes some 0.1 s on a chip, for the secret. @param key  NUL-terminated @param open  to all, without the
+/** Takes some 0.1 s on a chip, for the secret. @param key  NUL-terminated; if it is none
+ * (access_normal_key()), no one logs in @param open  to all, without the
  * key
  *  @param salt  unpredictable @param now_us  wraps */
 void access_init(struct access *access, const char *key, bool open, const uint8_t salt[ACCESS_SALT],
@@ -81,6 +83,10 @@ enum access_result access_answer(struct access *access, uint64_t who, uint32_t s
 
 /** Trust this address from now on, instead of what was. @return false: all places are taken */
 bool access_trust(struct access *access, uint64_t who, enum access_span span);
+
+/** The host of this address is in control: its trust does not run out within the next ten minutes, so its job
+ * is not held in the middle. */
+void access_keep(struct access *access, uint64_t who);
 
 /** Trust what is in this place no more. @param place  0 .. ACCESS_TRUSTED - 1 */
 void access_revoke(struct access *access, unsigned place);

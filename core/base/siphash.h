@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * SipHash-2-4 (Aumasson, Bernstein 2012), a keyed digest of short messages: a message authentication code for
- * each datagram. [task] Pure. An ESP32 takes some 20 instructions a byte (docs/performance.md); HMAC-SHA256
+ * each datagram. [task] Pure. An ESP32 takes some 15 instructions a byte (docs/performance.md); HMAC-SHA256
  * more.
  */
 #ifndef WIFICNC_BASE_SIPHASH_H

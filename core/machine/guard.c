@@ -30,6 +30,10 @@ static bool are_news(const struct machine *machine, const struct hal_inputs *now
            ((lines.homes ^ known->closed.homes) & ~known->waiting.homes) != 0;
 }
 
+uint8_t guard_idle_starts(const struct machine *machine) {
+    return machine->idle_starts;
+}
+
 bool guard_poll(struct machine *machine) {
     struct hal_inputs before = machine->inputs;
     hal_inputs_read(machine->hal, &machine->inputs);
@@ -46,6 +50,9 @@ bool guard_poll(struct machine *machine) {
         reset_alarm(machine, ALARM_HARD_LIMIT);
         return true;
     }
+    const bool idle = machine->life.state == MACHINE_IDLE || machine->life.state == MACHINE_ALARM;
+    if (now->start && !before.start && idle)
+        machine->idle_starts++;
     /* Buttons are the same requests as the bytes ! ~ and 0x18, and are carried out with them by
      * realtime_poll(). */
     rx_request(&machine->lines.rx, without_doubt(&machine->lines.rx, pressed(now, &before)));

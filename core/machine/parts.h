@@ -54,6 +54,7 @@ struct machine {
     struct machine_motors motors;
     struct machine_edges edges;
     struct hal_inputs inputs;
+    uint8_t idle_starts; /* guard_idle_starts() */
     struct homing homing;
     struct machine_probe probe;
     struct machine_spindle_sync spindle_sync;

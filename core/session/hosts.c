@@ -100,6 +100,7 @@ void session_note_alive(struct session *session, const uint8_t address[4]) {
     if (!owner->on || !session_same(owner->address, address))
         return;
     owner->alive_us = session->now_us;
+    access_keep(session->options.access, lockout_ipv4(address));
     owner->lost = owner->lost && owner->left;
     if (session_is_module(session))
         owner->heard_us = session->now_us; /* it has no motion that would need more than a sign of life */

@@ -1,7 +1,8 @@
-# Options of all our own code, pin_config.h of the board, and page_files.h of the page that the firmware carries.
+# Options of all our own code, pin_config.h of the board, page_files.h of the page that the firmware carries, and
+# signing_key.h, whose key signs its updates.
 #
-# The board is WIFICNC_BOARD (of CMake or of the environment); without one, the chip's first board. `wificnc pins` and
-# `wificnc page` write the headers into the build directory, and only when they change.
+# The board is WIFICNC_BOARD (of CMake or of the environment); without one, the chip's first board. `wificnc pins`,
+# `page` and `signing-key` write the headers into the build directory, and only when they change.
 set(wificnc_options -ffp-contract=off -fno-math-errno -fno-jump-tables)
 
 # CONFIG_APP_REPRODUCIBLE_BUILD names the project's folder alike everywhere. `idf.py` has targets/esp32 as project, and
@@ -32,6 +33,7 @@ function(wificnc_generate)
 endfunction()
 wificnc_generate(pins "${WIFICNC_BOARD}" -o "${wificnc_pins}/pin_config.h")
 wificnc_generate(page --board "${WIFICNC_BOARD}" -o "${wificnc_pins}/page_files.h")
+wificnc_generate(signing-key -o "${wificnc_pins}/signing_key.h")
 
 # Interrupts have their time in debug builds, too
 set(wificnc_fast ${sources})

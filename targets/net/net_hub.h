@@ -81,6 +81,8 @@ struct net_hub_ops {
     const char *(*key)(void *ctx);
     /** Lines or motion are under way: who only listens stays that long. May be NULL */
     bool (*busy)(void *ctx);
+    /** How often the start button was pressed with nothing to start; wraps. NULL: there is none */
+    uint8_t (*presses)(void *ctx);
 };
 
 struct net_client {
@@ -97,6 +99,7 @@ struct net_client {
     bool ended;         /* sends no more; stays until it has heard the answers */
     bool gone;          /* to be removed */
     bool locked;        /* not logged in; `in` is the line that it types */
+    bool by_trust;      /* it was let in because its address is trusted, not by the key */
     bool hears_left;    /* gets the answers to lines of former owners, too */
     bool spoiled;       /* the line that comes next, or has begun, is to be refused */
     bool opened;        /* judged by its first bytes, which `in` holds until then; or need not be */
@@ -120,10 +123,16 @@ struct net_hub {
     struct net_client client[NET_CLIENTS];
     struct net_client *owner;  /* NULL: no one */
     struct net_client *sender; /* it answers for what runs; NULL: no one does */
-    uint64_t owner_peer;      /* address of the owner or of the last one, whom a place is kept for; 0: none */
-    uint32_t now_us;          /* of the last net_hub_tick() */
-    struct net_queue left;    /* whole lines of former owners that the controller has not got yet */
-    uint32_t questions;       /* ever asked by $LOGIN: each has its number */
+    uint64_t owner_peer;   /* address of the owner or of the last one, whom a place is kept for; 0: none */
+    uint32_t now_us;       /* of the last net_hub_tick() */
+    struct net_queue left; /* whole lines of former owners that the controller has not got yet */
+    uint32_t questions;    /* ever asked by $LOGIN: each has its number */
+    struct net_hub_knock { /* an address that is locked out, and tries to command */
+        uint64_t peer;     /* 0: none */
+        uint32_t first_us, last_us;
+        bool more; /* others have tried, too */
+    } knock;
+    uint8_t presses;          /* of the start button, that were seen */
     bool has_spoiled;         /* NET_LINE_SPOILED may be among what waits */
     uint32_t inside;          /* lines the controller has got and not answered */
     uint32_t inside_left;     /* the oldest of these are former owners' */

@@ -9,6 +9,8 @@ static const char login_line[] = "$LOGIN=";
 static const char question_line[] = "$LOGIN";
 static const char trust_line[] = "$TRUST=";
 static const char list_line[] = "$TRUST";
+#define BUTTON_US    60000000u
+#define FORGOTTEN_US 1800000000u
 enum {
     LOGIN_LENGTH = sizeof login_line - 1,
     TRUST_LENGTH = sizeof trust_line - 1,
@@ -202,6 +204,19 @@ void net_hub_end_login(struct net_hub *hub, struct net_client *client, enum acce
     net_hub_greet(hub, client);
 }
 
+/* The time begins with the first try, not with each: who tries all day has one minute of it. */
+static void note_knock(struct net_hub *hub, const struct net_client *client) {
+    struct net_hub_knock *knock = &hub->knock;
+    const uint64_t peer = client->stream.peer;
+    const bool recent = knock->peer != 0 && hub->now_us - knock->last_us < BUTTON_US;
+    const bool open = knock->peer != 0 && hub->now_us - knock->first_us < BUTTON_US;
+    if (peer != knock->peer && open)
+        knock->more = true; /* whom it would let in is not known */
+    else if (peer != knock->peer || !recent)
+        *knock = (struct net_hub_knock){.peer = peer, .first_us = hub->now_us};
+    knock->last_us = peer == knock->peer ? hub->now_us : knock->last_us;
+}
+
 void net_hub_log_in(struct net_hub *hub, struct net_client *client) {
     if (is_question(net_queue_head(&client->in), client->in.count)) {
         ask_proof(hub, client);
@@ -210,6 +225,7 @@ void net_hub_log_in(struct net_hub *hub, struct net_client *client) {
     }
     if (!net_hub_is_login(net_queue_head(&client->in), client->in.count)) {
         net_hub_say_message(hub, client, net_hub_locked_out);
+        note_knock(hub, client);
         net_queue_free(&client->in);
         return;
     }
@@ -220,6 +236,42 @@ void net_hub_log_in(struct net_hub *hub, struct net_client *client) {
         return;
     net_queue_free(&client->in);
     net_hub_end_login(hub, client, result);
+}
+
+/* ---- the start button ---- */
+
+static void let_in(struct net_hub *hub, struct net_client *client) {
+    client->locked = false;
+    client->by_trust = true;
+    client->letters = 0;
+    net_queue_free(&client->in);
+    net_hub_say_message(hub, client, "Let in by the start button");
+    net_hub_greet(hub, client);
+}
+
+void net_hub_follow_button(struct net_hub *hub) {
+    struct net_hub_knock *knock = &hub->knock;
+    const uint8_t presses = hub->ops->presses != NULL ? hub->ops->presses(hub->ctx) : hub->presses;
+    const bool pressed = presses != hub->presses;
+    hub->presses = presses;
+    if (knock->peer != 0 && hub->now_us - knock->last_us >= FORGOTTEN_US)
+        knock->peer = 0; /* before the clock wraps */
+    if (!pressed || knock->peer == 0 || !net_hub_locks(hub) || hub->now_us - knock->first_us >= BUTTON_US)
+        return;
+    char address[NET_NAME_SIZE], text[NET_NAME_SIZE + 48];
+    put_address(address, sizeof address, knock->peer);
+    if (knock->more) {
+        net_hub_tell(hub, "Start button: several addresses have tried to command, so none is let in");
+        return;
+    }
+    if (!access_trust(hub->access, knock->peer, ACCESS_DAY))
+        return;
+    snprintf(text, sizeof text, "Start button: %s is trusted for a day", address);
+    net_hub_tell(hub, text);
+    for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
+        if (net_hub_is_open(client) && client->locked && !client->waits && client->stream.peer == knock->peer)
+            let_in(hub, client);
+    knock->peer = 0;
 }
 
 bool net_hub_may_stop(struct net_hub *hub, struct net_client *client, uint8_t byte) {
@@ -243,5 +295,7 @@ bool net_hub_answer_access(struct net_hub *hub, struct net_client *client, const
         return false;
     bool done = !trusts || take_trust(hub, client, line, size);
     net_hub_say(hub, client, done ? "ok\r\n" : "error:3\r\n", done ? 4 : 9);
+    if (trusts && done && hub->access != NULL)
+        net_hub_end_untrusted(hub, client);
     return true;
 }

@@ -46,6 +46,10 @@ void net_hub_note_heard(const struct net_hub *hub, struct net_client *client);
 
 void net_hub_remove_client(struct net_hub *hub, struct net_client *client);
 
+/** Trust was revoked: who is connected because of it, and has not logged in, is disconnected. Trust that has
+ * run out ends no connection, so no job. @param asks  who has revoked it: it gets its answer first */
+void net_hub_end_untrusted(struct net_hub *hub, const struct net_client *asks);
+
 /* ---- net_hub_access.c ---- */
 
 bool net_hub_is_login(const char *line, size_t size);
@@ -62,6 +66,10 @@ enum access_result net_hub_try_login(struct net_hub *hub, struct net_client *cli
 /** Who may not move the machine may still hold and stop it. Some senders reset whatever they connect to: a
  * reset counts only behind a hold of the same client. */
 bool net_hub_may_stop(struct net_hub *hub, struct net_client *client, uint8_t byte);
+
+/** Whether the start button was pressed: who is in front of the machine lets in the one address that has just
+ * tried to command, for a day. */
+void net_hub_follow_button(struct net_hub *hub);
 
 /** The access key, to who has a cable to the controller. */
 void net_hub_tell_key(struct net_hub *hub, struct net_client *client);

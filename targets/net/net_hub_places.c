@@ -77,12 +77,34 @@ void net_hub_remove_client(struct net_hub *hub, struct net_client *client) {
 }
 
 /* The last word goes around what waits: who gets here has not read that. */
-static void dismiss(struct net_hub *hub, struct net_client *client, const char *why) {
+static void say_why(const struct net_client *client, const char *why) {
     char line[NET_MESSAGE_SIZE];
     int size = snprintf(line, sizeof line, "[MSG:Disconnected: %s]\r\n", why);
     if (client->out.count == 0)
         (void)client->stream.ops->write(&client->stream, line, (size_t)size);
+}
+
+static void dismiss(struct net_hub *hub, struct net_client *client, const char *why) {
+    say_why(client, why);
     net_hub_remove_client(hub, client);
+}
+
+static void end_untrusted(struct net_hub *hub, struct net_client *client) {
+    say_why(client, "this address is not trusted any more");
+    hub->ops->event(hub->ctx, "disconnected: its trust was revoked", client->name);
+    client->gone = true;
+}
+
+/* net_hub_flush() removes them, so what they have sent is dealt with as that of any sender that is lost. */
+void net_hub_end_untrusted(struct net_hub *hub, const struct net_client *asks) {
+    for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++) {
+        if (!net_hub_is_open(client) || !client->by_trust || access_may(hub->access, client->stream.peer))
+            continue;
+        if (client == asks)
+            client->refused = true; /* behind its answer */
+        else
+            end_untrusted(hub, client);
+    }
 }
 
 void net_hub_close(struct net_hub *hub) {
@@ -101,7 +123,9 @@ static struct net_client *place_for(struct net_hub *hub, const struct net_stream
                                           .owner = hub->owner_peer,
                                           .unproven = unproven_places(hub),
                                           .login_us = MOMENT_US,
-                                          .local = stream->local};
+                                          .local = stream->local,
+                                          .trusted =
+                                              net_hub_locks(hub) && access_may(hub->access, stream->peer)};
     fill_places(hub, places);
     int chosen = net_places_choose(places, hub->sizes.clients, &newcomer, hub->now_us);
     if (chosen < 0)
@@ -114,10 +138,6 @@ static struct net_client *place_for(struct net_hub *hub, const struct net_stream
     return client;
 }
 
-static bool is_locked_out(const struct net_hub *hub, const struct net_stream *stream) {
-    return net_hub_locks(hub) && !stream->local && !access_may(hub->access, stream->peer);
-}
-
 bool net_hub_connect(struct net_hub *hub, const struct net_stream *stream, const char *name) {
     static const char full[] = "[MSG:Connection refused: all client slots are in use]\r\n";
     struct net_client *client = place_for(hub, stream);
@@ -127,8 +147,11 @@ bool net_hub_connect(struct net_hub *hub, const struct net_stream *stream, const
         hub->ops->event(hub->ctx, "refused, all client slots are in use", name);
         return false;
     }
+    const bool knocks = net_hub_locks(hub) && !stream->local;
+    const bool trusted = knocks && access_may(hub->access, stream->peer);
     *client = (struct net_client){.stream = *stream,
-                                  .locked = is_locked_out(hub, stream),
+                                  .locked = knocks && !trusted,
+                                  .by_trust = trusted,
                                   .opened = !stream->telnet,
                                   .heard_us = hub->now_us};
     snprintf(client->name, sizeof client->name, "%s", name);
@@ -157,6 +180,7 @@ static void end_the_silent(struct net_hub *hub, struct net_client *client) {
 
 void net_hub_tick(struct net_hub *hub, uint32_t now_us) {
     hub->now_us = now_us;
+    net_hub_follow_button(hub);
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++) {
         if (!net_hub_is_open(client))
             continue;

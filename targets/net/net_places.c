@@ -93,7 +93,7 @@ int net_places_choose(const struct net_place *places, size_t count, const struct
         place = find(&crowd, has_too_many);
     if (place < 0)
         place = find(&crowd, is_idle);
-    if (place < 0 && (newcomer->local || newcomer->peer == newcomer->owner))
+    if (place < 0 && (newcomer->local || newcomer->trusted || newcomer->peer == newcomer->owner))
         place = find(&crowd, is_anyone);
     return place;
 }

@@ -32,6 +32,7 @@ struct net_newcomer {
     size_t unproven;   /* places that an address may have for connections that have proven nothing */
     uint32_t login_us; /* a connection that has proven nothing keeps its place for this time */
     bool local;        /* a wire of this machine, which has its place in any case */
+    bool trusted;      /* its address may command: one of the others goes for it */
 };
 
 /** @return a free place, or that of a connection that must go for the newcomer; -1: the newcomer must go */

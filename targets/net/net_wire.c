@@ -72,7 +72,7 @@ void net_wire_close(struct net_wire *wire) {
 /* ---- UDP ---- */
 
 static void read_datagrams(struct net_wire *wire) {
-    uint8_t bytes[WIRE_PACKET_MAX];
+    _Alignas(4) uint8_t bytes[WIRE_PACKET_MAX]; /* siphash() reads words */
     struct net_address from;
     for (int i = 0; i < DATAGRAMS_A_ROUND; i++) {
         long count = net_socket_receive(wire->udp, bytes, sizeof bytes, &from);
@@ -122,7 +122,9 @@ static uint64_t owner_peer(const struct session *session) {
 /* @return -1: none */
 static int place_for(const struct net_wire *wire, uint64_t peer) {
     struct net_place places[SESSION_CLIENTS];
+    const struct access *access = wire->session->options.access;
     const struct net_newcomer newcomer = {.peer = peer,
+                                          .trusted = !access->open && access_may(access, peer),
                                           .owner = owner_peer(wire->session),
                                           .unproven = UNPROVEN_AN_ADDRESS,
                                           .login_us = MOMENT_US};

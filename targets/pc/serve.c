@@ -4,6 +4,7 @@
 #include "hands.h"
 #include "host_store.h"
 
+#include "machine/guard.h"
 #include "machine/parts.h"
 #include "net_hub.h"
 #include "net_pty.h"
@@ -111,6 +112,12 @@ static void left(void *ctx, bool lines_wait) {
 static bool busy(void *ctx) {
     const struct serve *serve = ctx;
     return host_is_busy(serve->host);
+}
+
+/* cppcheck-suppress constParameterCallback ; the type of the entry is fixed */
+static uint8_t presses(void *ctx) {
+    const struct serve *serve = ctx;
+    return guard_idle_starts(host_machine(serve->host));
 }
 
 static void event(void *ctx, const char *what, const char *who) {
@@ -268,8 +275,14 @@ static void keep_trust(struct serve *serve) {
 }
 
 struct serve *serve_create(const struct serve_options *options, struct serve_failure *failure) {
-    static const struct net_hub_ops ops = {
-        .put = put, .hear = hear, .act = act, .event = event, .left = left, .notice = notice, .busy = busy};
+    static const struct net_hub_ops ops = {.put = put,
+                                           .hear = hear,
+                                           .act = act,
+                                           .event = event,
+                                           .left = left,
+                                           .notice = notice,
+                                           .busy = busy,
+                                           .presses = presses};
     /* Real-time bytes act when they are read: room for what a sender pours without counting. */
     static const struct net_hub_sizes sizes = {
         .clients = NET_CLIENTS, .in = 16 << 20, .out = 256 * 1024, .left = 32 << 20};

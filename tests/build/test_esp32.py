@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -14,6 +15,9 @@ from pathlib import Path
 
 import cmake
 import pytest
+from cryptography.hazmat.primitives.asymmetric import ec
+from cryptography.hazmat.primitives.serialization import Encoding, NoEncryption, PrivateFormat, PublicFormat
+from made_key import pem
 from patience import HANG_S
 from wificnc.board.load import load_board
 from wificnc.build.checkout import checkout_root
@@ -21,6 +25,7 @@ from wificnc.build.esp32 import (
     CONFIGURATION,
     PACKAGES,
     REACH_SECONDS,
+    SIGNATURE,
     Kind,
     collect,
     configuration_lines,
@@ -33,6 +38,7 @@ from wificnc.build.esp32 import (
     run_build,
     slot_bytes,
 )
+from wificnc.build.signing import VARIABLE, default_path, key_header_text, signing_key
 from wificnc.errors import BuildError, Exit
 
 ROOT = checkout_root()
@@ -48,14 +54,15 @@ if {fails}:
     print("error: main.c:1: something")
     sys.exit(1)
 for name in ("firmware.bin", "firmware.elf", "bootloader.bin", "partitions.bin"):
-    (at / name).write_bytes(name.encode() * 100)
+    (at / name).write_bytes(name.encode() * 100 + bytes.fromhex({point!r}))
 print("RAM:   [==        ]  14.7% (used 48240 bytes from 327680 bytes)")
 """
 
 
 def fake_pio(folder: Path, fails: bool = False) -> tuple[str, ...]:
     script = folder / "pio.py"
-    script.write_text(FAKE.format(made=str(folder / ".pio" / "build" / BOARD.id), fails=fails))
+    made, point = str(folder / ".pio" / "build" / BOARD.id), signing_key().point.hex()
+    script.write_text(FAKE.format(made=made, fails=fails, point=point))
     return (sys.executable, str(script))
 
 
@@ -76,7 +83,7 @@ def test_a_debug_build_has_an_environment_of_its_own() -> None:
 def test_the_kind_of_a_build_is_on_record(tmp_path: Path, kind: Kind) -> None:
     plan = replace(plan_build(BOARD, tmp_path, pio=fake_pio(tmp_path)), kind=kind)
     list(run_build(plan))
-    collect(plan, {})
+    collect(plan, {}, signing_key())
     assert json.loads((tmp_path / "build" / BOARD.id / "build.json").read_text())["kind"] == kind
 
 
@@ -129,12 +136,54 @@ def test_what_is_built_is_kept_with_its_sums(tmp_path: Path) -> None:
     plan = plan_build(BOARD, tmp_path, pio=fake_pio(tmp_path))
     lines = list(run_build(plan))
     assert lines[0] == "Compiling main.o" and lines[-1].startswith("RAM:")
-    artefacts = collect(plan, {"revision": "abc"})
+    artefacts = collect(plan, {"revision": "abc"}, signing_key())
     record = json.loads((tmp_path / "build" / BOARD.id / "build.json").read_text())
     assert record["board"] == BOARD.id and record["revision"] == "abc"
     for row, artefact in zip(record["artefacts"], artefacts, strict=True):
         kept = (tmp_path / "build" / BOARD.id / row["name"]).read_bytes()
         assert row["sha256"] == artefact.sha256 == hashlib.sha256(kept).hexdigest()
+
+
+def test_what_is_built_is_signed(tmp_path: Path) -> None:
+    """openssl says so. A firmware that carries another key could not be updated by what this one signs."""
+    plan = plan_build(BOARD, tmp_path, pio=fake_pio(tmp_path))
+    list(run_build(plan))
+    key, there = signing_key(), tmp_path / "build" / BOARD.id
+    collect(plan, {}, key)
+    assert json.loads((there / "build.json").read_text())["signing_key"] == key.name
+    public = key.public.public_bytes(Encoding.PEM, PublicFormat.SubjectPublicKeyInfo)
+    (tmp_path / "public.pem").write_bytes(public)
+    command = ["openssl", "dgst", "-sha256", "-verify", str(tmp_path / "public.pem"), "-signature"]
+    subprocess.run([*command, str(there / SIGNATURE), str(there / "firmware.bin")], check=True, timeout=HANG_S)
+    with pytest.raises(BuildError, match="another signing key"):
+        collect(plan, {}, signing_key({VARIABLE: pem(21)}))
+    collect(plan, {}, signing_key({VARIABLE: public.decode()}))  # no private key: no signature, and no old one
+    assert not (there / SIGNATURE).exists()
+
+
+def test_the_own_key_is_made_once_and_is_ones_own(tmp_path: Path) -> None:
+    environment = {"XDG_CONFIG_HOME": str(tmp_path)}
+    first = signing_key(environment)
+    path = default_path(environment)
+    assert signing_key(environment).name == first.name
+    assert os.name == "nt" or path.stat().st_mode & 0o777 == 0o600
+    assert signing_key({VARIABLE: str(path)}).name == first.name
+    signature = first.sign(b"image")
+    assert signature and signature == first.sign(b"image") and first.has_signed(b"image", signature)
+    assert not first.has_signed(b"other", signature) and not first.has_signed(b"image", b"")
+    numbers = re.findall(r"0x([0-9A-F]{2})", key_header_text(first))
+    assert bytes.fromhex("".join(numbers)) == first.point and len(first.point) == 65
+
+
+@pytest.mark.parametrize("curve", [ec.SECP384R1(), ec.SECP256K1()])
+def test_keys_of_other_kinds_are_refused(tmp_path: Path, curve: ec.EllipticCurve) -> None:
+    other = ec.generate_private_key(curve).private_bytes(Encoding.PEM, PrivateFormat.PKCS8, NoEncryption())
+    with pytest.raises(BuildError, match="P-256"):
+        signing_key({VARIABLE: other.decode()})
+    (tmp_path / "text").write_text("a private KEY")
+    for given, why in ((str(tmp_path / "text"), "not a PEM key"), (str(tmp_path / "none"), "cannot read")):
+        with pytest.raises(BuildError, match=why):
+            signing_key({VARIABLE: given})
 
 
 def test_a_failed_build_ends_with_its_last_words(tmp_path: Path) -> None:
@@ -147,7 +196,7 @@ def test_a_build_that_left_nothing_is_no_build(tmp_path: Path) -> None:
     plan = plan_build(BOARD, tmp_path, pio=(sys.executable, "-c", ""))
     list(run_build(plan))
     with pytest.raises(BuildError, match=r"firmware\.bin is missing"):
-        collect(plan, {})
+        collect(plan, {}, signing_key())
 
 
 def test_missing_packages_need_the_registry(tmp_path: Path) -> None:

@@ -37,7 +37,9 @@ WITHOUT = {
     "tune pattern": "its output is G-code",
     "pins": "its output is a C header",
     "page": "its output is a C header",
+    "signing-key": "its output is a C header",
     "wifi set": NOTHING_TO_REPORT,
+    "linuxcnc pair": NOTHING_TO_REPORT,
     **dict.fromkeys((f"wmc3 {name}" for name in ("estop", "hold", "home", "jog", "output", "reset", "resume", "take")),
                     NOTHING_TO_REPORT),
 }  # fmt: skip

@@ -18,6 +18,7 @@ Cli = Callable[..., tuple[int, str, str]]
 FILES = {
     "pins": ("pins", "host", "-o"),
     "page": ("page", "-o"),
+    "signing-key": ("signing-key", "-o"),
     "expand": ("expand", "{job}", "-o"),
     "sim --json": ("sim", "{job}", "--json"),
     "sim --plot": ("sim", "{job}", "--plot"),
@@ -38,7 +39,7 @@ FOLDERS = {
     "linuxcnc init": ("linuxcnc", "init", "baseline", "--to", "192.0.2.1", "--out"),
 }
 FLUIDNC = Path(__file__).parents[1] / "fluidnc" / "router.yaml"
-MAKES_FOLDERS = {"pins", "page"}  # build tools call them
+MAKES_FOLDERS = {"pins", "page", "signing-key"}  # build tools call them
 SUFFIX = {
     "sim --plot": ".svg",
     "demo": ".svg",
@@ -46,7 +47,7 @@ SUFFIX = {
     "boards show --picture": ".svg",
     "tune predict --plot": ".svg",
 }
-TO_STDOUT = ("pins", "page", "expand", "tune pattern", "sim --json", "nvs build", "linuxcnc component")
+TO_STDOUT = ("pins", "page", "signing-key", "expand", "tune pattern", "sim --json", "nvs build", "linuxcnc component")
 NOT_TO_STDOUT = (
     *("sim --plot", "tune predict --plot", "demo", "sim --trace", "boards show --picture"),
     *("boards import -o", "boards import --machine"),

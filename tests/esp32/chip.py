@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from patience import wait_until
+from wificnc.build.signing import signing_key
 
 CHIP_IDS = {"esp32": 0, "esp32s3": 9}
 SIZES = {1: 0, 2: 1, 4: 2, 8: 3, 16: 4}
@@ -29,7 +30,7 @@ sys.exit(cli.main())
 
 
 def image(chip: str, size: int, flash_mb: int = 4, project: bytes = b"wificnc") -> bytes:
-    """An image with the head, app descriptor and digest of a real one.
+    """An image with the head, app descriptor, signing key and digest of a real one.
 
     It compresses, as firmware does: what does not is sent in whole blocks, and the mock writes all of them.
     """
@@ -37,6 +38,7 @@ def image(chip: str, size: int, flash_mb: int = 4, project: bytes = b"wificnc") 
     struct.pack_into("<H", head, 12, CHIP_IDS[chip])
     head[23] = 1  # a digest follows
     body = struct.pack("<II", 0x3C000020, size) + struct.pack("<I12x32s32s", 0xABCD5432, b"1.0", project)
+    body += signing_key().point
     data = bytes(head) + body + (hashlib.sha256(chip.encode()).digest() * 4 + bytes(64)) * (size // 192)
     return data + hashlib.sha256(data).digest()
 
@@ -50,6 +52,7 @@ def make_build(folder: Path, board: str, chip: str, size: int = 40000, flash_mb:
         "firmware.bin": image(chip, size, flash_mb),
         "firmware.elf": b"\x7fELF",
     }
+    files["firmware.sig"] = signing_key().sign(files["firmware.bin"]) or b""
     for name, data in files.items():
         (folder / name).write_bytes(data)
     sums = [

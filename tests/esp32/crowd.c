@@ -91,6 +91,16 @@ static void an_owner_that_has_lost_its_link_comes_back_through_any_crowd(void) {
 }
 
 /* Even those who know the key leave one. */
+/* What a sender that cannot log in relies on; the place of the owner is not for it. */
+static void a_trusted_address_comes_in_through_any_crowd(void) {
+    own("s3cret");
+    CHECK(access_trust(&the_gate, OTHER, ACCESS_DAY));
+    for (unsigned n = 1; n < PLACES; n++)
+        (void)come_from(n, 100 + n, false);
+    CHECK(!come_from(PLACES + 1, 1000, false));
+    CHECK(come_from(PLACES + 2, OTHER, false) && !wires[OWNER].closed);
+}
+
 static void a_place_is_kept_for_the_owners_address(void) {
     own("s3cret");
     for (unsigned n = 1; n < PLACES; n++) {
@@ -195,6 +205,7 @@ static void requests_and_lines_are_told_apart_by_their_first_bytes(void) {
 int main(void) {
     a_crowd_holds_up_neither_the_owners_stop_nor_its_stream();
     an_owner_that_has_lost_its_link_comes_back_through_any_crowd();
+    a_trusted_address_comes_in_through_any_crowd();
     a_place_is_kept_for_the_owners_address();
     an_address_has_two_places_until_it_has_proven_anything();
     a_newcomer_gets_the_place_of_the_one_that_is_idle_longest();

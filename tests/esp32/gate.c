@@ -70,6 +70,25 @@ static enum access_result try_at(struct access *access, const char *key, uint32_
     return try_as(access, 1, key, now_us);
 }
 
+/* Of a key without a letter, or of one that is too long, nothing is left to compare. */
+static void a_key_that_is_none_lets_no_one_in(void) {
+    static const char *const keys[] = {
+        "", "---- ---- ----", "0123456789012345678901234567890123456789012345678901234567890123456789"};
+    static const uint8_t salt[ACCESS_SALT] = {1};
+    for (size_t i = 0; i < sizeof keys / sizeof keys[0]; i++)
+        for (size_t k = 0; k < sizeof keys / sizeof keys[0]; k++) {
+            struct access access, theirs;
+            uint8_t nonce[ACCESS_NONCE], message[16 + ACCESS_NONCE] = "WiFiCNC login", proof[SHA256_SIZE];
+            access_init(&access, keys[i], false, salt, 0);
+            access_init(&theirs, keys[k], false, salt, 0);
+            CHECK(try_as(&access, 1, keys[k], 0) == ACCESS_WRONG);
+            access_nonce(&access, 7, nonce);
+            memcpy(message + 16, nonce, sizeof nonce);
+            sha256_hmac(theirs.secret, SHA256_SIZE, message, sizeof message, proof);
+            CHECK(access_answer(&access, 2, 0, 7, proof) == ACCESS_WRONG);
+        }
+}
+
 enum { ASKS_US = 1000, LONGEST_US = LOCKOUT_LONGEST_S * 1000000 };
 
 /* A try that asks until it is looked at. @return when, us after it came */
@@ -183,6 +202,26 @@ static void case_dashes_and_spaces_of_a_key_do_not_count(void) {
     CHECK(try_at(&gate, "K7QF3X2M9D 0ABCD EFGH", 0) == ACCESS_WRONG);
 }
 
+/* Only where it is trusted. */
+static void trust_does_not_run_out_while_its_host_is_in_control(void) {
+    const uint64_t minute_us = 60000000u;
+    struct access gate;
+    begin(&gate, "correct horse");
+    access_keep(&gate, 3);
+    access_keep(&gate, 0);
+    CHECK(!access_may(&gate, 3) && access_trust(&gate, 1, ACCESS_DAY) &&
+          access_trust(&gate, 2, ACCESS_ALWAYS));
+    for (uint64_t t_us = 0; t_us < 30 * 60 * minute_us; t_us += minute_us) {
+        access_poll(&gate, (uint32_t)t_us);
+        access_keep(&gate, 1);
+        access_keep(&gate, 2);
+        CHECK(access_may(&gate, 1));
+    }
+    for (uint64_t t_us = 30 * 60 * minute_us; t_us < 30 * 60 * minute_us + 11 * minute_us; t_us += minute_us)
+        access_poll(&gate, (uint32_t)t_us);
+    CHECK(!access_may(&gate, 1) && access_may(&gate, 2));
+}
+
 static void an_address_is_trusted_for_a_day_or_always(void) {
     const uint64_t hour_us = 3600ull * 1000000;
     struct access gate;
@@ -216,23 +255,6 @@ static void open_access_asks_for_no_key(void) {
 
 /* ---- at the hub ---- */
 
-static void start(const char *key) {
-    start_hub(key, 3);
-}
-
-/* Clients 0 and 3 have one address. */
-static bool come(unsigned n, bool local) {
-    return come_from(n, n == 3 ? 1 : n + 1, local);
-}
-
-static void send(unsigned n, const char *text) {
-    wires[n].in_count = strlen(text);
-    memcpy(wires[n].in, text, wires[n].in_count);
-    wires[n].out_count = 0;
-    wires[n].out[0] = '\0';
-    round_trip();
-}
-
 static void a_locked_client_can_ask_for_status_hold_and_stop(void) {
     start("s3cret!?");
     CHECK(come(0, false));
@@ -263,55 +285,6 @@ static void an_observer_holds_and_behind_that_resets(void) {
     CHECK(strcmp(got, "G1X10F100\n!") == 0);
     send(1, "\x18");
     CHECK(strcmp(got, "G1X10F100\n!\x18") == 0 && hub.owner == &hub.client[0]);
-}
-
-/* Clients 0 and 3 have one address. */
-static void a_trusted_address_needs_no_login_until_that_is_revoked(void) {
-    start("s3cret!?");
-    CHECK(come(0, false));
-    send(0, "$LOGIN=s3cret!?\n$trust=day\n");
-    CHECK(strstr(wires[0].out, "trusted for a day") != NULL && got_count == 0);
-    CHECK(come(3, false) && come(1, false));
-    round_trip();
-    CHECK(!hub.client[1].locked && hub.client[2].locked);
-    send(3, "$TRUST=no\n");
-    CHECK(strstr(wires[3].out, "ok\r\n") != NULL); /* an observer: the hub answers */
-    wires[1].closed = true;
-    round_trip();
-    memset(&wires[1], 0, sizeof wires[1]);
-    CHECK(!access_may(&the_gate, 1));
-}
-
-static void who_is_trusted_is_listed_and_revoked(void) {
-    start("s3cret!?");
-    CHECK(access_trust(&the_gate, lockout_ipv4((const uint8_t[4]){192, 168, 1, 20}), ACCESS_ALWAYS));
-    CHECK(access_trust(&the_gate, lockout_ipv4((const uint8_t[4]){10, 0, 0, 255}), ACCESS_DAY));
-    CHECK(access_trust(&the_gate, 0x20010db800010002u, ACCESS_ALWAYS));
-    CHECK(come(0, false) && come(1, true));
-    send(0, "$TRUST\n$TRUST=none\n$TRUST=no 1\n"); /* locked */
-    CHECK(strstr(wires[0].out, "TRUST:") == NULL);
-    send(1, "$trust\n");
-    CHECK(strcmp(wires[1].out, "[TRUST:1,192.168.1.20,always]\r\n[TRUST:2,10.0.0.255,86400]\r\n"
-                               "[TRUST:3,2001:db8:1:2,always]\r\nok\r\n") == 0);
-    send(1, "$TRUST=no 2\n$TRUST=No 9\n$TRUST\n");
-    CHECK(strcmp(wires[1].out,
-                 "[MSG:That address is not trusted any more]\r\nok\r\n"
-                 "[MSG:$TRUST is no, day, always, none, or no and a number]\r\nerror:3\r\n"
-                 "[TRUST:1,192.168.1.20,always]\r\n[TRUST:3,2001:db8:1:2,always]\r\nok\r\n") == 0);
-    send(1, "$TRUST=none\n$TRUST\n");
-    CHECK(strcmp(wires[1].out, "[MSG:No address is trusted any more]\r\nok\r\nok\r\n") == 0 &&
-          got_count == 0);
-}
-
-static void a_trust_that_cannot_be_is_refused(void) {
-    start("s3cret!?");
-    CHECK(come(0, false) && come(1, true));
-    send(0, "$LOGIN=s3cret!?\n$TRUST=week\n");
-    CHECK(strstr(wires[0].out, "no, day, always") != NULL && strstr(wires[0].out, "error:3") != NULL &&
-          got_count == 0);
-    CHECK(!access_may(&the_gate, 1));
-    send(1, "$TRUST=day\n");
-    CHECK(strstr(wires[1].out, "serial port") != NULL && strstr(wires[1].out, "error:3") != NULL);
 }
 
 static void the_key_lets_in_and_may_have_real_time_characters(void) {
@@ -527,6 +500,7 @@ static void a_reset_of_the_controller_forgets_what_its_owner_has_sent(void) {
 }
 
 int main(void) {
+    a_key_that_is_none_lets_no_one_in();
     digests_are_the_published_ones();
     derived_digests_are_the_published_ones();
     wrong_tries_become_slower_and_the_right_one_is_late_but_accepted();
@@ -538,13 +512,11 @@ int main(void) {
     after_hours_of_quiet_nobody_waits();
     case_dashes_and_spaces_of_a_key_do_not_count();
     an_address_is_trusted_for_a_day_or_always();
+    trust_does_not_run_out_while_its_host_is_in_control();
     when_all_places_are_taken_no_trust_is_lost();
     open_access_asks_for_no_key();
     a_locked_client_can_ask_for_status_hold_and_stop();
     an_observer_holds_and_behind_that_resets();
-    a_trusted_address_needs_no_login_until_that_is_revoked();
-    who_is_trusted_is_listed_and_revoked();
-    a_trust_that_cannot_be_is_refused();
     the_key_lets_in_and_may_have_real_time_characters();
     a_proof_lets_in_without_the_key();
     a_proof_counts_once_and_only_where_it_was_asked();

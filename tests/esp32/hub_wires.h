@@ -77,6 +77,13 @@ static void left(void *ctx, bool lines_wait) {
     waited = lines_wait;
 }
 
+static uint8_t pressed;
+
+static uint8_t presses(void *ctx) {
+    (void)ctx;
+    return pressed;
+}
+
 static inline void begin(struct access *access, const char *key) {
     static const uint8_t salt[ACCESS_SALT];
     access_init(access, key, key[0] == '\0', salt, 0);
@@ -88,7 +95,7 @@ static struct wire wires[HUB_WIRES];
 /* @param clients  places of the hub */
 static inline void start_hub(const char *key, size_t clients) {
     static const struct net_hub_ops ops = {
-        .put = put, .hear = hear, .act = act, .event = event, .left = left};
+        .put = put, .hear = hear, .act = act, .event = event, .left = left, .presses = presses};
     const struct net_hub_sizes sizes = {.clients = clients, .in = 2048, .out = 16384, .left = 2048};
     net_hub_close(&hub);
     begin(&the_gate, key);
@@ -96,7 +103,7 @@ static inline void start_hub(const char *key, size_t clients) {
     got_count = owners_left = 0;
     full = waited = false;
     got[0] = '\0';
-    clock_us = 0;
+    clock_us = pressed = 0;
     net_hub_init(&hub, &sizes, &ops, NULL);
     hub.access = &the_gate;
 }
@@ -118,6 +125,24 @@ static inline void round_trip(void) {
     (void)net_hub_feed(&hub);
     net_hub_hear(&hub);
     net_hub_flush(&hub);
+}
+
+/* A hub with three places. */
+static inline void start(const char *key) {
+    start_hub(key, 3);
+}
+
+/* Clients 0 and 3 have one address. */
+static inline bool come(unsigned n, bool local) {
+    return come_from(n, n == 3 ? 1 : n + 1, local);
+}
+
+static inline void send(unsigned n, const char *text) {
+    wires[n].in_count = strlen(text);
+    memcpy(wires[n].in, text, wires[n].in_count);
+    wires[n].out_count = 0;
+    wires[n].out[0] = '\0';
+    round_trip();
 }
 
 #endif

@@ -17,6 +17,7 @@ static struct {
 static uint8_t flash[IMAGE_SIZE], image[IMAGE_SIZE];
 static size_t flashed;
 static unsigned began, aborted, ended;
+static uint8_t signature[SIGNATURE_SIZE];
 static const char *begin_says, *write_says, *end_says;
 
 static long wire_read(const struct net_stream *stream, char *bytes, size_t size) {
@@ -45,6 +46,18 @@ static const char *begin(void *ctx, size_t size) {
     (void)ctx;
     began++;
     return size > IMAGE_SIZE ? "no room" : begin_says;
+}
+
+/* The real one is net/signature.c, which test_ota.py has. */
+static bool is_signed(void *ctx, const uint8_t digest[SHA256_SIZE], const uint8_t given[SIGNATURE_SIZE]) {
+    uint8_t right[SHA256_SIZE];
+    struct sha256 sha;
+    (void)ctx;
+    CHECK(began == 1); /* the machine is locked and at rest meanwhile */
+    sha256_begin(&sha);
+    sha256_add(&sha, image, IMAGE_SIZE);
+    sha256_end(&sha, right);
+    return memcmp(digest, right, sizeof right) == 0 && memcmp(given, signature, SIGNATURE_SIZE) == 0;
 }
 
 static const char *write_flash(void *ctx, const uint8_t *bytes, size_t count) {
@@ -84,7 +97,8 @@ static void connect_again(void) {
 }
 
 static void start(void) {
-    static const struct ota_ops ops = {.begin = begin, .write = write_flash, .end = end, .abort = abort_it};
+    static const struct ota_ops ops = {
+        .begin = begin, .is_signed = is_signed, .write = write_flash, .end = end, .abort = abort_it};
     static const struct ota_image wanted = {.board = "esp32s3-devkitc", .chip_id = 9, .project = "wificnc"};
     access_init(&access_of, "correct horse", false, salt, now_us);
     ota_init(&ota, &ops, NULL, &wanted, &access_of);
@@ -94,32 +108,40 @@ static void start(void) {
     image[0] = 0xE9;
     image[12] = 9;
     memcpy(image + 80, "wificnc", 8);
+    for (size_t i = 0; i < SIGNATURE_SIZE; i++)
+        signature[i] = (uint8_t)(200 + i);
     connect_again();
 }
 
-static void put_hex(char *text, const uint8_t *bytes) {
-    for (unsigned i = 0; i < SHA256_SIZE; i++)
+static void put_hex(char *text, const uint8_t *bytes, size_t count) {
+    for (size_t i = 0; i < count; i++)
         snprintf(text + 2 * i, 3, "%02x", bytes[i]);
 }
 
 /* The line of a sender that knows this key. */
-static void ask(const char *key, size_t size) {
-    char line[OTA_LINE_SIZE + 32], message[OTA_LINE_SIZE], digest_hex[65], mac_hex[65];
+static void ask_with(const char *key, size_t size, const uint8_t sealed[SIGNATURE_SIZE]) {
+    char line[OTA_LINE_SIZE + 32], message[OTA_LINE_SIZE + 32], digest_hex[65], sealed_hex[129], mac_hex[65];
     uint8_t digest[SHA256_SIZE];
     struct sha256 sha;
     sha256_begin(&sha);
     sha256_add(&sha, image, size <= IMAGE_SIZE ? size : 0);
     sha256_end(&sha, digest);
-    put_hex(digest_hex, digest);
-    snprintf(message, sizeof message, "deadbeef000000000000000000000000 %zu %s", size, digest_hex);
+    put_hex(digest_hex, digest, sizeof digest);
+    put_hex(sealed_hex, sealed, SIGNATURE_SIZE);
+    snprintf(message, sizeof message, "deadbeef000000000000000000000000 %zu %s %s", size, digest_hex,
+             sealed_hex);
     struct access theirs;
     access_init(&theirs, key, false, salt, 0);
     sha256_hmac(theirs.secret, SHA256_SIZE, message, strlen(message), digest);
-    put_hex(mac_hex, digest);
-    snprintf(line, sizeof line, "%zu %s %s\n", size, digest_hex, mac_hex);
+    put_hex(mac_hex, digest, sizeof digest);
+    snprintf(line, sizeof line, "%zu %s %s %s\n", size, digest_hex, sealed_hex, mac_hex);
     wire.in_count = strlen(line);
     memcpy(wire.in, line, wire.in_count);
     (void)ota_poll(&ota, now_us);
+}
+
+static void ask(const char *key, size_t size) {
+    ask_with(key, size, signature);
 }
 
 static void send_image(size_t size, size_t piece) {
@@ -136,7 +158,7 @@ static void a_good_image_arrives_whole_in_pieces_of_any_size(void) {
     static const size_t pieces[] = {1, 111, 112, 113, 1000, 4096};
     for (size_t i = 0; i < sizeof pieces / sizeof pieces[0]; i++) {
         start();
-        CHECK(strncmp(wire.out, "WIFICNC-OTA 2 esp32s3-devkitc deadbeef", 38) == 0);
+        CHECK(strncmp(wire.out, "WIFICNC-OTA 3 esp32s3-devkitc deadbeef", 38) == 0);
         ask("correct horse", IMAGE_SIZE);
         send_image(IMAGE_SIZE, pieces[i]);
         CHECK(flashed == IMAGE_SIZE && memcmp(flash, image, IMAGE_SIZE) == 0);
@@ -156,6 +178,22 @@ static void a_wrong_key_writes_nothing_and_slows_down(void) {
     access_poll(&access_of, now_us);
     (void)ota_poll(&ota, now_us);
     CHECK(strstr(wire.out, "OK\n") && began == 1);
+}
+
+/* Who has the access key need not be who builds the firmware: a program on a trusted computer has it, too. */
+static void an_image_that_is_not_signed_is_not_written(void) {
+    uint8_t forged[SIGNATURE_SIZE];
+    start();
+    memcpy(forged, signature, sizeof forged);
+    forged[63] ^= 1;
+    ask_with("correct horse", IMAGE_SIZE, forged);
+    CHECK(strstr(wire.out, "ERROR not signed with the key") && strstr(wire.out, "OK") == NULL);
+    CHECK(began == 1 && aborted == 1 && flashed == 0 && wire.closed && ota.state == OTA_FREE && !ota.done);
+    start();
+    image[5000] ^= 1; /* the signature is of the image before */
+    memset(forged, 0, sizeof forged);
+    ask_with("correct horse", IMAGE_SIZE, forged);
+    CHECK(strstr(wire.out, "ERROR not signed") && flashed == 0 && aborted == 1);
 }
 
 static void a_proof_for_another_image_is_worth_nothing(void) {
@@ -241,6 +279,7 @@ static void one_at_a_time(void) {
 int main(void) {
     a_good_image_arrives_whole_in_pieces_of_any_size();
     a_wrong_key_writes_nothing_and_slows_down();
+    an_image_that_is_not_signed_is_not_written();
     a_proof_for_another_image_is_worth_nothing();
     images_for_something_else_are_refused_before_a_byte_is_written();
     requests_that_are_none_are_refused();

@@ -4,6 +4,7 @@
  */
 #include "net/ota.h"
 #include "net_tcp.h"
+#include "signing_key.h"
 
 #include <fcntl.h>
 #include <netinet/in.h>
@@ -23,6 +24,12 @@ static const char *begin(void *ctx, size_t size) {
     (void)size;
     file = fopen(path, "wb");
     return file != NULL ? NULL : "no file";
+}
+
+static bool is_signed(void *ctx, const uint8_t digest[SHA256_SIZE], const uint8_t signature[SIGNATURE_SIZE]) {
+    static const uint8_t key[SIGNATURE_KEY_SIZE] = {SIGNING_KEY};
+    (void)ctx;
+    return signature_is_good(key, digest, signature);
 }
 
 static const char *write_file(void *ctx, const uint8_t *bytes, size_t count) {
@@ -47,7 +54,8 @@ static bool stdin_is_open(void) {
 }
 
 int main(int argc, char **argv) {
-    static const struct ota_ops ops = {.begin = begin, .write = write_file, .end = end, .abort = abort_it};
+    static const struct ota_ops ops = {
+        .begin = begin, .is_signed = is_signed, .write = write_file, .end = end, .abort = abort_it};
     static struct ota ota;
     static struct access access_of;
     static const uint8_t salt[ACCESS_SALT] = {1, 2, 3};

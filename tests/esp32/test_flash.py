@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 import subprocess
 import sys
 from collections.abc import Iterator
@@ -20,6 +21,7 @@ pytest.importorskip("esp32_mock_bootloader")
 from patience import HANG_S
 from wificnc.app import main
 from wificnc.board.load import load_board
+from wificnc.commands import wifi
 from wificnc.errors import Exit, FlashError
 from wificnc.flash.plan import Chip, Region, check_chip, load_regions, read_partitions
 from wificnc.flash.ports import Port, choose_port
@@ -146,6 +148,26 @@ def test_a_port_lost_in_the_middle_is_told_and_the_next_run_succeeds(tmp_path: P
         wificnc("flash", BOARD, "--from", build, "--port", chip.port, "--wait", "0")
 
 
+def test_a_phone_gets_in_by_codes_of_its_camera(chip: Mock, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The board's own network, and the page with the key; neither when access is open or asked to be silent."""
+    made: list[str] = []
+    monkeypatch.setattr(wifi, "show_qr", lambda title, text: made.append(text))
+    key = ("--access-key", "open sesame & more")
+    for more, codes in ((key, 1), ((*key, "--set", "access_open=1"), 0)):
+        wificnc("nvs", "build", "baseline", *more, "-o", tmp_path / "a.bin")
+        wificnc("nvs", "flash", tmp_path / "a.bin", "--port", chip.port)
+        name = json.loads(wificnc("wifi", "status", "--port", chip.port, "--json").stdout)["name"]
+        wificnc("wifi", "status", "--port", chip.port)
+        assert [code for code in made if "://" in code] == [
+            f"http://{name}.local/#key=open%20sesame%20%26%20more"
+        ] * codes
+        assert re.fullmatch(r"WiFiCNC-[0-9A-F]{4}", name)
+        made.clear()
+    said = wificnc("wifi", "status", "--port", chip.port, "--no-qr").stdout
+    assert "open sesame & more" in said and not made
+    assert wifi.wifi_code("WiFiCNC-1A2B", 'a;b"c') == 'WIFI:T:WPA;S:WiFiCNC-1A2B;P:a\\;b\\"c;;'
+
+
 def test_a_damaged_write_is_noticed(chip: Mock) -> None:
     from wificnc.flash.device import open_device
 
@@ -260,6 +282,7 @@ def test_boards_without_an_esp32_are_refused() -> None:
     [
         (("nvs", "build", "shapeoko3", "--ssid", "x" * 33), "wifi_ssid: 33 bytes"),
         (("nvs", "build", "shapeoko3", "--access-key", ""), "access_key: 0 bytes"),
+        (("nvs", "build", "shapeoko3", "--access-key", "abc -- ---- ----"), "access_key: 3 bytes"),
         (("nvs", "build", "shapeoko3", "--set", "p_sx=300"), "p_sx"),
         (("nvs", "build", "shapeoko3", "--set", "nonsense=3"), "no such key"),
     ],

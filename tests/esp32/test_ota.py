@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import socket
 import subprocess
 import sys
@@ -14,11 +15,14 @@ from pathlib import Path
 
 import pytest
 from chip import image, make_build
+from made_key import pem
 from patience import HANG_S
+from wificnc.board.header import write_if_changed
 from wificnc.build.checkout import checkout_root
 from wificnc.build.host import build_program
+from wificnc.build.signing import VARIABLE, key_header_text, raw_signature, signing_key
 from wificnc.errors import Exit, FlashError
-from wificnc.flash.ota import Upload
+from wificnc.flash.ota import Signed, Upload
 
 HERE = Path(__file__).parent
 ESP32 = checkout_root() / "targets" / "esp32"
@@ -27,8 +31,14 @@ BOARD, PASSWORD = "esp32s3-zero", "correct horse"
 
 @cache
 def program() -> Path:
-    sources = [HERE / "ota_serve.c", ESP32 / "net" / "ota.c"]
-    return build_program(sources, checkout_root() / "build" / "tests" / "ota_serve", "release", [f"-I{ESP32}"])
+    """With the mbedTLS of this computer."""
+    if not Path("/usr/include/mbedtls/ecdsa.h").exists():
+        pytest.skip("no mbedTLS: apt-get install libmbedtls-dev")
+    folder = checkout_root() / "build" / "tests"
+    write_if_changed(folder / "signing" / "signing_key.h", key_header_text(signing_key()))
+    sources = [HERE / "ota_serve.c", ESP32 / "net" / "ota.c", ESP32 / "net" / "signature.c"]
+    flags = [f"-I{ESP32}", f"-I{folder / 'signing'}", "-Wl,--no-as-needed", "-lmbedcrypto"]
+    return build_program(sources, folder / "ota_serve", "release", flags)
 
 
 @dataclass
@@ -51,6 +61,10 @@ def receiver(folder: Path, chip_id: int = 9) -> Iterator[Receiver]:
         process.stdin.close()
         process.stdout.close()
         process.wait(HANG_S)
+
+
+def signed(data: bytes) -> Signed:
+    return Signed(data, raw_signature(signing_key().sign(data) or b""))
 
 
 def flash(build: Path, port: int, key: str, *more: str, board: str = BOARD) -> subprocess.CompletedProcess[str]:
@@ -77,6 +91,37 @@ def test_a_wrong_key_is_told_and_writes_nothing(tmp_path: Path) -> None:
         assert not there.slot.exists()
 
 
+def test_only_who_has_built_the_running_firmware_updates_it(tmp_path: Path) -> None:
+    """The access key is right each time: a program on a trusted computer may have it, too."""
+    build = make_build(tmp_path / "build", BOARD, "esp32s3")
+    firmware = (build / "firmware.bin").read_bytes()
+    good, stranger = signing_key().sign(firmware), signing_key({VARIABLE: pem(21)}).sign(firmware)
+    half = raw_signature(good or b"")[:32]
+    bad = [raw_signature(stranger or b""), half + half, half + bytes(32), bytes(64), b"\xff" * 64]
+    with receiver(tmp_path) as there:
+        for signature in bad:
+            upload = Upload("127.0.0.1", there.port)
+            with pytest.raises(FlashError, match="not signed with the key") as refused:
+                upload.send(upload.hello(), Signed(firmware, signature), PASSWORD, lambda *_: None)
+            assert "docs/security.md" in str(refused.value.hint)
+            upload.close()
+            assert not there.slot.exists()
+
+
+@pytest.mark.parametrize(("signature", "why"), [(None, "missing"), (b"nothing", "damaged")])
+def test_what_is_not_signed_is_not_sent(tmp_path: Path, signature: bytes | None, why: str) -> None:
+    """A build with a public key alone, or of an earlier version."""
+    build = make_build(tmp_path / "build", BOARD, "esp32s3")
+    record = json.loads((build / "build.json").read_text())
+    record["artefacts"] = [row for row in record["artefacts"] if row["name"] != "firmware.sig"]
+    (build / "build.json").write_text(json.dumps(record))
+    (build / "firmware.sig").unlink()
+    if signature is not None:
+        (build / "firmware.sig").write_bytes(signature)
+    run = flash(build, 1, PASSWORD, "--dry-run")
+    assert run.returncode == Exit.FLASH and f"signature of this firmware is {why}" in run.stderr
+
+
 def test_another_board_is_refused_before_a_key_is_asked_for(tmp_path: Path) -> None:
     build = make_build(tmp_path / "build", "esp32s3-devkitc", "esp32s3")
     with receiver(tmp_path) as there:
@@ -88,7 +133,7 @@ def test_a_firmware_for_another_chip_is_refused_by_the_receiver(tmp_path: Path) 
     with receiver(tmp_path) as there:
         upload = Upload("127.0.0.1", there.port)
         with pytest.raises(FlashError, match="another chip"):
-            upload.send(upload.hello(), image("esp32", 300_000), PASSWORD, lambda *_: None)
+            upload.send(upload.hello(), signed(image("esp32", 300_000)), PASSWORD, lambda *_: None)
         upload.close()
         assert not there.slot.exists()
 
@@ -104,7 +149,7 @@ def test_a_connection_cut_in_the_middle_leaves_nothing_and_the_next_one_works(tm
                 upload._socket.shutdown(socket.SHUT_RDWR)
 
         with pytest.raises(FlashError):
-            upload.send(upload.hello(), firmware, PASSWORD, cut)
+            upload.send(upload.hello(), signed(firmware), PASSWORD, cut)
         upload.close()
         assert flash(build, there.port, PASSWORD).returncode == 0
         assert there.process.wait(HANG_S) == 0

@@ -25,6 +25,7 @@ PROGRAMS = {
     "access_store": ("net/access_store.c",),
     "crowd": (),
     "gate": (),
+    "trust": (),
     "rx_all": (),
     "websocket": (),
     "improv": ("link/improv.c",),

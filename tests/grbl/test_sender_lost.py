@@ -283,3 +283,43 @@ def test_a_hold_while_spindle_and_coolant_return_loses_neither(grbl: Grbl) -> No
     assert grbl.outputs().spindle_direction == 0
     grbl.after(10.0, "~")
     assert grbl.outputs().spindle_direction == 1 and grbl.outputs().coolant != 0 and grbl.state() == "Idle"
+
+
+# what is under way -> settings before, lines, real-time byte then
+UNDER_WAY = {
+    "run": ((), "M3S500\nM8\nG1X-30F1000\nG1X-60\n", ""),
+    "hold": ((), "M3S500\nM8\nG1X-30F1000\n", "!"),
+    "door": ((), "M3S500\nM8\nG1X-30F1000\n", "\x84"),
+    "M0": ((), "M3S500\nM8\nM0\nG1X-30F1000\n", ""),
+    "dwell": ((), "M3S500\nM8\nG4P5\nG1X-30F1000\n", ""),
+    "homing": (("$22=1",), "$X\nM3S500\n$H\n", ""),
+    "probing": ((), "M3S500\nG38.3Z-20F60\nG1X-30F1000\n", ""),
+    "jog": ((), "$J=G91X-100F3000\n" * 5, ""),
+    "laser, raster": (("$32=1",), "M4S0\n" + "".join(f"G1X{-x / 10}S{x % 3 * 400}F3000\n" for x in range(80)), ""),
+    "laser, cut": (("$32=1",), "M3S800\nG1X-30F1000\nG1X-60\n", ""),
+    "idle, tools on": ((), "M3S500\nM8\n", ""),
+}
+
+
+@pytest.mark.parametrize("lost", [0, 1, 2])
+@pytest.mark.parametrize("state", UNDER_WAY)
+def test_whatever_was_under_way_nothing_is_a_minute_later(grbl: Grbl, state: str, lost: int) -> None:
+    """By each choice of $74. 0 finishes what had come, and leaves cutter and coolant as that did; a jog ends by all."""
+    settings, lines, byte = UNDER_WAY[state]
+    for line in (*settings, f"$74={lost}"):
+        grbl.fine(line)
+    grbl.after(0.4, lines)
+    grbl.after(0.05, byte)
+    at = grbl.position()
+    grbl.lose_sender()
+    grbl.after(1.0)
+    if state == "jog":
+        assert abs(grbl.position()[0] - at[0]) < 250 * 5, "it did not end"
+    if state.startswith("laser") and lost != 0:
+        assert grbl.outputs().spindle_duty == 0, "the beam is on"
+    grbl.after(59)
+    held = grbl.position()
+    grbl.after(60)
+    assert grbl.position() == held == grbl.stands()
+    assert lost == 0 or (grbl.outputs().spindle_direction, grbl.outputs().coolant) == (0, 0)
+    assert (lost == 0 and "laser" not in state) or grbl.outputs().spindle_duty == 0

@@ -15,7 +15,7 @@ from click.testing import CliRunner
 from patience import HANG_S
 from wificnc.app import root
 from wificnc.board.load import load_board
-from wificnc.errors import UserError
+from wificnc.errors import RefusedError, UserError
 from wificnc.linuxcnc.config import files, following_error, messages
 from wificnc.machine import load_machine
 from wificnc.machine.load import find_machines
@@ -235,6 +235,20 @@ def test_an_address_that_is_none_is_refused(tmp_path: Path) -> None:
     assert not list(tmp_path.iterdir())
 
 
+def test_a_configuration_is_paired_once_the_controller_has_accepted_the_key(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="no address of a controller"):
+        invoke("pair", str(tmp_path), "--key", "right")
+    invoke("init", "baseline", "--to", ADDRESS, "--out", str(tmp_path))
+    assert "--key-file [WIFICNC]KEY_FILE" in (tmp_path / "baseline.hal").read_text()
+    path = tmp_path / "access.key"
+    with Server(ServeOptions(board=load_board("host"), wmc3=ADDRESS, key="right")):
+        with pytest.raises(RefusedError):
+            invoke("pair", str(tmp_path), "--key", "wrong")
+        assert not path.exists()
+        invoke("pair", str(tmp_path), "--key", "right")
+    assert path.read_text() == "right\n" and path.stat().st_mode & 0o777 == 0o600
+
+
 def test_nothing_is_written_over(tmp_path: Path) -> None:
     arguments = ("init", "baseline", "--to", "127.0.0.1", "--out", str(tmp_path))
     invoke(*arguments)
@@ -276,10 +290,14 @@ def test_linuxcnc_moves_a_machine_to_the_step(user_home: Path, as_user: Callable
     screen = user_home / "config" / "screen.py"
     screen.write_text(PROGRAM)
     fake_tool_change(user_home / "config")
-    for path in (user_home / "config", *(user_home / "config").iterdir()):
-        path.chmod(0o777)
-    options = ServeOptions(board=load_board("host"), wmc3=ADDRESS, control=0, settings=tuple(profile.settings_lines()))
+    settings = tuple(profile.settings_lines())
+    options = ServeOptions(
+        board=load_board("host"), wmc3=ADDRESS, control=0, settings=settings, key="k7qf3-x2m9d-0abcd"
+    )
     with Server(options) as server:
+        invoke("pair", str(user_home / "config"), "--key", "K7QF3X2M9D0ABCD")
+        for path in (user_home / "config", *(user_home / "config").iterdir()):
+            path.chmod(0o777)
         hands(server, "travel x -3 90", "travel y -90 3", "travel z -90 3", "surface -6.2", "input 2 on")
         as_user("linuxcnc", "-r", str(ini))
         with Device(ADDRESS) as device:

@@ -125,8 +125,8 @@ def test_a_key(make_bench: Callable[..., Bench]) -> None:
 @pytest.mark.parametrize(
     ("key", "lost"),
     [
-        ("wrong", "the controller refuses the access key: --key"),
-        ("", "the controller is locked: --key"),
+        ("wrong", "the controller refuses the access key: wificnc linuxcnc pair"),
+        ("", "the controller is locked: wificnc linuxcnc pair"),
     ],
 )
 def test_a_wrong_key(key: str, lost: str) -> None:

@@ -10,6 +10,7 @@ import json
 import struct
 from pathlib import Path
 
+from wificnc.build.signing import signing_key
 from wificnc.flash.device import quiet_esptool
 
 XTENSA = 94
@@ -38,7 +39,8 @@ def elf(chip: str, project: bytes | None, size: int) -> bytes:
     rows = [(".text", 6, code_at, CODE + bytes(-len(CODE) % 4) + (filler if project is None else b""))]
     if project is not None:
         described = struct.pack("<II8x32s32s16s16s32s32s80x", 0xABCD5432, 0, b"1.0", project, b"", b"", b"v5.5.3", b"")
-        rows.insert(0, (".flash.appdesc", 2, data_at, described + filler))
+        point = signing_key().point + bytes(3)
+        rows.insert(0, (".flash.appdesc", 2, data_at, described + point + filler))
     names = b"\0" + b"".join(name.encode() + b"\0" for name, *_ in rows) + b".shstrtab\0"
     body, headers = b"", [bytes(40)]
     for name, flags, address, data in rows:
@@ -99,10 +101,12 @@ def make_build(
 
 
 def write_record(folder: Path, board: str, revision: str) -> None:
-    """build.json of what is there now."""
+    """build.json of what is there now, and its signature."""
+    if (folder / "firmware.bin").exists():
+        (folder / "firmware.sig").write_bytes(signing_key().sign((folder / "firmware.bin").read_bytes()) or b"")
     names = [
         name
-        for name in ("firmware.bin", "firmware.elf", "bootloader.bin", "partitions.bin")
+        for name in ("firmware.bin", "firmware.elf", "bootloader.bin", "partitions.bin", "firmware.sig")
         if (folder / name).exists()
     ]
     rows = [

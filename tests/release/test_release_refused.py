@@ -9,9 +9,11 @@ from pathlib import Path
 
 import pytest
 from esp_images import TABLE_ROWS, elf, image, make_build, partition_table, write_record
+from made_key import pem
 from release_tree import Tree
 from wificnc import __version__
 from wificnc.board.load import load_board
+from wificnc.build.signing import VARIABLE
 from wificnc.checked import paths
 from wificnc.errors import Exit, FlashError, ReleaseError
 from wificnc.flash.plan import read_partitions
@@ -198,7 +200,7 @@ def test_a_final_release_is_of_its_tag_and_of_a_commit() -> None:
 
 def test_two_files_never_share_a_name() -> None:
     names = [asset.name for asset in plan_release(SOURCE, BOARDS, {}).assets]
-    assert len(names) == len(set(names)) == 7 + 7 + 2 + 6 + 3
+    assert len(names) == len(set(names)) == 8 + 8 + 2 + 6 + 3
 
 
 def test_times_are_the_commits_or_those_asked_for(tree: Tree, tmp_path: Path) -> None:
@@ -251,6 +253,15 @@ def test_notes_are_the_versions_section() -> None:
     assert "[1.3.0] - YYYY-MM-DD" in str(caught.value.hint)
     with pytest.raises(ReleaseError, match="neither"):
         changes("# Changelog\n", "1.0.0", final=False)
+
+
+def test_firmware_of_another_signing_key_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whose boards the next release could not update."""
+    folder = make_build(tmp_path, BOARD, CHIP, "")
+    load_firmware(folder, load_board(BOARD), PARTITIONS)
+    monkeypatch.setenv(VARIABLE, pem(21))
+    with pytest.raises(ReleaseError, match="is not signed with the key"):
+        load_firmware(folder, load_board(BOARD), PARTITIONS)
 
 
 def test_improv_is_offered_when_the_firmware_speaks_it(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ import pytest
 from patience import HANG_S
 from serve_peer import Peer
 from signals import ignored_signals, usual_signals
-from wificnc.errors import UserError
+from wificnc.errors import Exit, UserError
 from wificnc.serve.options import Address, parse_address, parse_speed
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -49,6 +49,12 @@ def refused(*words: str) -> tuple[int, str]:
         [sys.executable, "-m", "wificnc", "serve", *words], capture_output=True, text=True, timeout=HANG_S
     )
     return run.returncode, run.stderr
+
+
+@pytest.mark.parametrize("key", ["-- --", "a" * 64])
+def test_a_key_that_no_one_can_prove_is_refused(key: str) -> None:
+    code, said = refused("--key", key)
+    assert code == Exit.USAGE and "--key needs 1 to 63 letters and digits" in said
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])

@@ -6,7 +6,7 @@ import json
 from pathlib import Path
 
 import pytest
-from serve_peer import Serve, connect
+from serve_peer import Peer, Serve, connect
 from wificnc.commands.login import command
 from wificnc.errors import RefusedError, UserError
 from wificnc.link.access import login_proof, normal_key
@@ -89,10 +89,24 @@ def test_the_key_is_not_sent_and_what_is_sent_is_worth_nothing_again(
         assert "[MSG:Locked" in listener.until("MSG:")[-1]
 
 
-@pytest.mark.parametrize("rounds", ["99999999", "-1", "2000,1"])
+@pytest.mark.parametrize("rounds", ["99999999", "-1", "2000,1", "0", "1", "999"])
 def test_a_question_that_is_none_is_not_answered(rounds: str) -> None:
-    """A rogue controller cannot make a client calculate for hours."""
+    """A rogue controller cannot make a client calculate for hours, nor guess the key from a proof that took no time."""
     assert login_proof(KEY, b"[LOGIN:%s,%s,%s]" % (b"0" * 32, b"1" * 32, rounds.encode())) is None
+
+
+def test_the_start_button_lets_in_a_sender_that_cannot_log_in(serve: Serve) -> None:
+    server = serve(key=KEY, control=0)
+    assert server.control
+    with connect(server) as sender, Peer.tcp(server.control, line_end=b"\n") as hands:
+        assert "[MSG:Locked" in sender.until("MSG:")[-1]
+        sender.send(b"G0X1\n")
+        assert "[MSG:Locked" in sender.until("MSG:")[-1]
+        hands.send(b"start\n")
+        assert "start button" in sender.until("Let in")[-1]
+        assert sender.ask("G1F100") == ["ok"]
+    with connect(server) as sender:
+        assert sender.ask("$TRUST")[0].startswith("[TRUST:1,127.0.0.1,"), "its address is trusted"
 
 
 def test_a_wrong_key_is_refused(serve: Serve) -> None:

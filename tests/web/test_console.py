@@ -416,3 +416,7 @@ def test_an_access_key_is_asked_for(
     expect(page.locator("[data-test=resume]")).to_be_enabled()
     page.locator("[data-test='jog-X+']").click()
     expect(page.locator("[data-test=work-X]")).to_have_text("1.000")
+    # the link of the QR code of `wificnc wifi status`
+    second = watched().page(f"{served.url}#key=open%20sesame")
+    expect(second.get_by_text("View only")).to_be_visible()  # logged in, and the first page is in control
+    assert second.evaluate("location.href") == served.url

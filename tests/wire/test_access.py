@@ -3,10 +3,12 @@ that are trusted; and what an attacker who knows the protocol but not the key ca
 
 from __future__ import annotations
 
+import ctypes
 import random
 from collections.abc import Callable
 
 import pytest
+from c_library import LIB
 from test_motion import segment
 from test_requests import configure
 from test_session import reason
@@ -73,6 +75,17 @@ def locked(make_device: Callable[..., Device]) -> Device:
 def test_a_siphash_is_that_of_its_paper() -> None:
     """Appendix A."""
     assert siphash(bytes(range(16)), bytes(range(15))) == 0xA129CA6149BE45E5
+
+
+def test_the_cores_siphash_is_that_wherever_the_bytes_lie() -> None:
+    """Words are read in one go where they are aligned."""
+    key = bytes(range(16))
+    for count in (*range(26), 390):
+        text = bytes(n * 37 & 255 for n in range(count))
+        for at in range(8):
+            buffer = (ctypes.c_uint8 * (at + count + 1))(*bytes(at), *text)
+            there = ctypes.cast(ctypes.addressof(buffer) + at, ctypes.POINTER(ctypes.c_uint8))
+            assert LIB.siphash((ctypes.c_uint8 * 16)(*key), there, count) == siphash(key, text)
 
 
 def test_only_the_seal_counts_not_the_address(locked: Device) -> None:
@@ -157,7 +170,8 @@ def test_a_trusted_address_needs_no_seal_until_that_is_revoked(locked: Device) -
     assert steps_of_x(locked, motion(locked)) == 0
 
 
-def test_trust_for_a_day_is_no_longer_than_that(make_device: Callable[..., Device]) -> None:
+def test_trust_for_a_day_needs_no_login(make_device: Callable[..., Device]) -> None:
+    """How long that is: tests/esp32/gate.c."""
     locked = make_device(key=KEY)
     locked.trust(HOST, TRUST_DAY)
     locked.run(10)

@@ -35,6 +35,7 @@ OWNERS: dict[str, tuple[str, ...]] = {
     "motors": ("motors",),
     "edges": ("inputs", "square"),
     "inputs": ("guard", "inputs"),
+    "idle_starts": ("guard",),
     "homing": ("homing", "square"),
     "probe": ("probe",),
     "spindle_sync": ("spindle_sync",),

@@ -5,6 +5,7 @@ import { PreflightRunner } from "./job/preflight";
 import { Controller } from "./link/controller";
 import { pickPort, SerialTransport } from "./link/serial";
 import { ownAddress, SocketTransport } from "./link/socket";
+import { LinkError } from "./link/transport";
 import { NOWHERE, standsAlike, type Standing } from "./job/standing";
 import { findBoard, settingNumber, TABLES, type Board } from "./tables";
 
@@ -197,8 +198,33 @@ export async function portForLoader(): Promise<SerialPort | null> {
   return thePort();
 }
 
+/** The key that the link of a QR code has brought (`wificnc wifi status`), until it is used: once. */
+let linkKey = "";
+
+/** Before anyone can look over a shoulder, or store the address as a bookmark. A fragment is not sent to servers. */
+function takeLinkKey(): void {
+  linkKey = new URLSearchParams(location.hash.slice(1)).get("key") ?? "";
+  if (linkKey) history.replaceState(null, "", location.pathname + location.search);
+}
+
+effect(() => {
+  const key = controller.locked.value ? linkKey : "";
+  if (!key) return;
+  linkKey = "";
+  queueMicrotask(() => void attempt(() => logIn(key))); // behind the message that it is locked
+});
+
+/** Rejects with a LinkError. */
+export async function logIn(key: string): Promise<void> {
+  if (!(await controller.login(key)))
+    throw new LinkError("This access key is not accepted", "It is shown over USB. Case, dashes and spaces do not matter.");
+  controller.locked.value = false;
+  await controller.getToKnow();
+}
+
 /** When a controller serves this page, connect to it. */
 export async function start(): Promise<void> {
+  takeLinkKey();
   const answer = await fetch(new URL("./api/controller", document.baseURI)).catch(() => null);
   if (!answer?.ok || !answer.headers.get("content-type")?.includes("json")) return;
   served.value = (await answer.json()) as Served;

@@ -16,12 +16,14 @@ from pathlib import Path
 from typing import Literal
 
 from wificnc.board.model import Board
+from wificnc.build.signing import SigningKey
 from wificnc.errors import BuildError
 
 REGISTRY = ("api.registry.platformio.org", 443)
 REACH_SECONDS = 0.8  # an answer of the network, name look-up and all
 PACKAGES = ("framework-espidf", "toolchain-xtensa-esp-elf", "tool-cmake", "tool-ninja", "tool-scons")
 ARTEFACTS = ("firmware.bin", "firmware.elf", "bootloader.bin", "partitions.bin")
+SIGNATURE = "firmware.sig"  # next to them: of firmware.bin
 SAID_LINES = 24  # of the build's last words in an error
 
 Kind = Literal["release", "debug"]
@@ -143,20 +145,32 @@ def run_build(plan: Plan) -> Iterator[str]:
         raise BuildError("\n".join([f"PlatformIO could not build {plan.board}:", *said[-SAID_LINES:]]))
 
 
-def collect(plan: Plan, facts: Mapping[str, str]) -> list[Artefact]:
-    """Copy what was made to build/BOARD, with a build.json. Raises BuildError when a file is not there."""
+def collect(plan: Plan, facts: Mapping[str, str], key: SigningKey) -> list[Artefact]:
+    """Copy what was made to build/BOARD, signed, with a build.json. Raises BuildError when a file is not there, or the
+    firmware carries another key: what is signed with this one could not be updated by it."""
     plan.output.mkdir(parents=True, exist_ok=True)
-    artefacts = []
+    contents = {}
     for name in ARTEFACTS:
         made = plan.made / name
         if not made.is_file():
             raise BuildError(f"PlatformIO reported success for {plan.board}, but {made} is missing")
-        shutil.copyfile(made, plan.output / name)
-        content = made.read_bytes()
+        contents[name] = made.read_bytes()
+    if key.point not in contents["firmware.bin"]:
+        raise BuildError(
+            f"the firmware of {plan.board} was configured with another signing key than {key.name}",
+            hint=f"wificnc build {plan.board} --clean",
+        )
+    (plan.output / SIGNATURE).unlink(missing_ok=True)
+    signature = key.sign(contents["firmware.bin"])
+    contents |= {SIGNATURE: signature} if signature is not None else {}
+    artefacts = []
+    for name, content in contents.items():
+        (plan.output / name).write_bytes(content)
         artefacts.append(Artefact(name, len(content), hashlib.sha256(content).hexdigest()))
     record = {
         "board": plan.board,
         "kind": plan.kind,
+        "signing_key": key.name,
         **facts,
         "artefacts": [asdict(artefact) for artefact in artefacts],
     }

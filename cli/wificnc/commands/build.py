@@ -24,6 +24,7 @@ from wificnc.build.pic32mz import (
     Pic32Build,
     build_pic32mz,
 )
+from wificnc.build.signing import signing_key
 from wificnc.build.size import Size
 from wificnc.commands._target import json_option
 from wificnc.errors import BuildError, UserError
@@ -104,7 +105,7 @@ def build_board(board: Board, kind: esp32.Kind, clean: bool, verbose: bool) -> d
                 status.update(f"building {board.id}: {line[:80]}")
     warn_of_old_configuration(esp32.configuration_without(root, plan, board.chip), plan)
     facts = {"revision": esp32.git_revision(root), "board_sha256": board.sha256, "wificnc": __version__}
-    artefacts = esp32.collect(plan, facts)
+    artefacts = esp32.collect(plan, facts, signing_key())
     slot = esp32.slot_bytes((root / "targets/esp32/partitions.csv").read_text(encoding="utf-8"))
     sizes = firmware_sizes(plan.output, board.chip, slot)
     show_firmware(sizes, lines)

@@ -15,13 +15,15 @@ from wificnc import ui
 from wificnc.board import paths
 from wificnc.board.load import load_board
 from wificnc.board.model import Board
+from wificnc.build.esp32 import SIGNATURE
+from wificnc.build.signing import raw_signature
 from wificnc.chip.image import read_hex
 from wificnc.commands._port import connected, port_option, progress_bars
 from wificnc.commands._target import json_option
 from wificnc.errors import BuildError, FlashError
 from wificnc.flash.find import firmware_folder
 from wificnc.flash.ota import PORT as OTA_PORT
-from wificnc.flash.ota import Upload
+from wificnc.flash.ota import Signed, Upload
 from wificnc.flash.pic32mz import OWN, RUNNERS, is_own, plan_flash, require_image, run_flash
 from wificnc.flash.plan import (
     Chip,
@@ -223,13 +225,26 @@ def greet(said: list[str], seconds: float) -> None:
         ui.warn(f"written, but the firmware has not printed anything for {seconds:g} s: `wificnc monitor` waits longer")
 
 
+def signed_image(folder: Path, board: Board) -> Signed:
+    """Raises FlashError."""
+    data = app_image(folder / "firmware.bin", board.chip)
+    try:
+        return Signed(data, raw_signature((folder / SIGNATURE).read_bytes()))
+    except (OSError, ValueError) as err:
+        why = "damaged" if isinstance(err, ValueError) else "missing"
+        raise FlashError(
+            f"the signature of this firmware is {why}: {folder / SIGNATURE}",
+            hint=f"`wificnc build {board.id}` signs it; or write it over USB: without --ota",
+        ) from err
+
+
 def update(board: Board, folder: Path, host: str, key: str | None, dry_run: bool) -> Done:
     """Over the network. Raises FlashError."""
-    image = app_image(folder / "firmware.bin", board.chip)
+    image = signed_image(folder, board)
     name, port = host_and_port(host, OTA_PORT)
-    facts = {"host": name, "port": port, "size": len(image)}
+    facts = {"host": name, "port": port, "size": len(image.data)}
     if dry_run:
-        return Done(facts, [f"{len(image):,} bytes to {name}:{port}, into the inactive slot"])
+        return Done(facts, [f"{len(image.data):,} bytes to {name}:{port}, into the inactive slot"])
     upload = Upload(name, port)
     try:
         hello = upload.hello()

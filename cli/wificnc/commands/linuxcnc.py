@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ipaddress
+import os
 import re
 import shlex
 import shutil
@@ -16,13 +17,14 @@ from wificnc.commands._output import OutputFolder
 from wificnc.commands._target import json_option
 from wificnc.errors import UserError
 from wificnc.linuxcnc import halcompile
-from wificnc.linuxcnc.config import files
+from wificnc.linuxcnc.config import KEY_FILE, files
 from wificnc.linuxcnc.source import FILE_NAME, PROGRAM, build_command, component_source, is_component
 from wificnc.machine import load_machine
 from wificnc.output import STDOUT, why_not_writable, write_stdout
-from wificnc.wmc3.device import find_devices
+from wificnc.wmc3.device import Device, find_devices
 
 FIND_S = 2.0
+ADDRESS = re.compile(r"^\[WIFICNC\](?:\n(?!\[).*)*?\nADDRESS\s*=\s*(\S+)", re.MULTILINE)
 
 
 @click.group()
@@ -109,7 +111,37 @@ def init(machine: str, address: str | None, out: Path | None, homes: bool | None
         ui.data.print(f"{folder / name}.ini")
     if not shutil.which(PROGRAM):
         ui.note(f"{PROGRAM} is not on this computer: `wificnc linuxcnc component --install` where LinuxCNC runs")
+    ui.note(f"if the controller is locked: wificnc linuxcnc pair {folder}")
     ui.note(f"start it with: linuxcnc {folder / name}.ini")
+
+
+@command.command()
+@click.argument("folder", type=click.Path(path_type=Path, file_okay=False, exists=True))
+@click.option("--key", envvar="WIFICNC_KEY", show_envvar=True, help="The access key. Prompted for if not given.")
+def pair(folder: Path, key: str | None) -> None:
+    """Store the access key of the controller in the configuration in FOLDER, once the controller has accepted it.
+
+    Only you can read the file. The key is shown at each USB connection of the controller, and by `wificnc wifi status`.
+    """
+    address = _address_in(folder)
+    key = key or click.prompt("access key", hide_input=True, err=True)
+    with Device(address, key) as device:
+        device.prove_key()
+    path = folder / KEY_FILE
+    path.unlink(missing_ok=True)
+    with open(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600), "w", encoding="utf-8") as file:
+        file.write(f"{key}\n")
+    ui.note(f"{address} has accepted the key; {path} is for LinuxCNC")
+
+
+def _address_in(folder: Path) -> str:
+    """The controller of a configuration. Raises UserError."""
+    texts = [path.read_text(encoding="utf-8", errors="replace") for path in sorted(folder.glob("*.ini"))]
+    found = {str(match) for text in texts for match in ADDRESS.findall(text)}
+    if len(found) != 1:
+        said = f"addresses: {', '.join(sorted(found))}" if found else "no address of a controller"
+        raise UserError(f"{folder}: {said} in its INI files", hint="`wificnc linuxcnc init` writes [WIFICNC] ADDRESS")
+    return found.pop()
 
 
 def _address(text: str | None) -> str:

@@ -16,7 +16,7 @@ from wificnc import __version__, ui
 from wificnc.board.load import load_board
 from wificnc.chip.serve import ChipServer
 from wificnc.errors import ServeError, UserError
-from wificnc.link.access import make_key
+from wificnc.link.access import KEY_MAX, make_key, normal_key
 from wificnc.machine import Machine, load_machine
 from wificnc.serve.options import (
     DEFAULT_HTTP_PORT,
@@ -131,6 +131,8 @@ def _with_key(options: ServeOptions, is_open: bool) -> ServeOptions:
     """Who can be reached by strangers has a key, unless someone wants it otherwise. Raises UserError."""
     if is_open and options.key:
         raise UserError("--open and --key exclude each other", hint="leave one of them out")
+    if options.key and not 1 <= len(normal_key(options.key)) <= KEY_MAX:
+        raise UserError(f"--key needs 1 to {KEY_MAX} letters and digits: dashes and spaces do not count")
     if is_open or options.key or not _is_reachable(options):
         return options
     key = make_key()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from urllib.parse import quote
 
 import rich_click as click
 
@@ -46,7 +47,7 @@ def set_network(ssid: str, port: str | None, password: str | None) -> None:
 
 @command.command("status")
 @port_option
-@click.option("--qr/--no-qr", default=True, help="Board default network as a QR code, for a phone.")
+@click.option("--qr/--no-qr", default=True, help="QR codes for a phone: the own network, and the page with the key.")
 @json_option
 def status(port: str | None, qr: bool, as_json: bool) -> None:
     """Show the network that the board joins, name and password of its own access point, and the access key."""
@@ -67,7 +68,9 @@ def status(port: str | None, qr: bool, as_json: bool) -> None:
         f"access key    {facts['access_key'] or 'made at the first start'}{' (not needed: access is open)' * is_open}"
     )
     if qr and facts["own_password"]:
-        show_qr(str(facts["own_network"]), str(facts["own_password"]))
+        show_qr("own network", wifi_code(str(facts["own_network"]), str(facts["own_password"])))
+    if qr and facts["access_key"] and not is_open:
+        show_qr("page, logged in", page_link(str(facts["name"]), str(facts["access_key"])))
 
 
 def network_facts(image: NvsImage, mac: str) -> dict[str, str | bool | None]:
@@ -78,6 +81,7 @@ def network_facts(image: NvsImage, mac: str) -> dict[str, str | bool | None]:
         return value if isinstance(value, str) else None
 
     return {
+        "name": text("host_name") or own_name(mac),
         "joins": text("wifi_ssid"),
         "own_network": own_name(mac),
         "own_password": text("ap_pass"),
@@ -98,10 +102,16 @@ def wifi_code(name: str, password: str) -> str:
     return f"WIFI:T:WPA;S:{name};P:{quoted};;"
 
 
-def show_qr(name: str, password: str) -> None:
+def page_link(name: str, key: str) -> str:
+    """The page of a controller; what is behind # stays in the browser, which logs in with it."""
+    return f"http://{name}.local/#key={quote(key, safe='')}"
+
+
+def show_qr(title: str, text: str) -> None:
     try:
         import segno
     except ImportError:
         ui.note("`pip install segno` to print a QR code here")
         return
-    segno.make(wifi_code(name, password)).terminal(out=sys.stdout, compact=True)
+    click.echo(f"{title}:")
+    segno.make(text).terminal(out=sys.stdout, compact=True)

@@ -15,6 +15,10 @@ PORT = 58430
 CONNECT_S = 5.0
 ANSWER_S = 20.0  # a sector is erased meanwhile
 CHUNK = 16384
+REFUSAL_HINTS = {
+    "access key": "`wificnc wifi status` shows it, over USB",
+    "not signed": "an update comes from who has built the firmware that runs: docs/security.md#updates",
+}
 AGAIN_HINT = "the old firmware still runs; run the same command again"
 
 
@@ -28,10 +32,18 @@ class Hello:
     rounds: int
 
 
-def proof(key: str, hello: Hello, size: int, sha256: str) -> str:
+@dataclass(frozen=True)
+class Signed:
+    """A firmware, and who vouches for it."""
+
+    data: bytes
+    signature: bytes  # 64 bytes: build/signing.py
+
+
+def proof(key: str, hello: Hello, request: str) -> str:
     """HMAC-SHA256 of what will be sent, under the secret of the access key."""
     secret = key_secret(key, bytes.fromhex(hello.salt), hello.rounds)
-    return hmac.new(secret, f"{hello.nonce} {size} {sha256}".encode(), hashlib.sha256).hexdigest()
+    return hmac.new(secret, f"{hello.nonce} {request}".encode(), hashlib.sha256).hexdigest()
 
 
 class Upload:
@@ -51,19 +63,20 @@ class Upload:
 
     def hello(self) -> Hello:
         words = self._line().split(" ")
-        if len(words) != 6 or words[:2] != ["WIFICNC-OTA", "2"] or not words[5].isdecimal():
+        if len(words) != 6 or words[:2] != ["WIFICNC-OTA", "3"] or not words[5].isdecimal():
             self._raise_error(" ".join(words))
             raise FlashError(f"{self.name} does not support the updates of this version")
         return Hello(words[2], words[3], words[4], int(words[5]))
 
-    def send(self, hello: Hello, image: bytes, key: str, progress: Callable[[int, int], None]) -> None:
+    def send(self, hello: Hello, image: Signed, key: str, progress: Callable[[int, int], None]) -> None:
         """Send the image and wait until the controller has checked it."""
-        sha256 = hashlib.sha256(image).hexdigest()
-        self._put(f"{len(image)} {sha256} {proof(key, hello, len(image), sha256)}\n".encode())
+        data = image.data
+        request = f"{len(data)} {hashlib.sha256(data).hexdigest()} {image.signature.hex()}"
+        self._put(f"{request} {proof(key, hello, request)}\n".encode())
         self._expect("OK")
-        for at in range(0, len(image), CHUNK):
-            self._put(image[at : at + CHUNK])
-            progress(min(at + CHUNK, len(image)), len(image))
+        for at in range(0, len(data), CHUNK):
+            self._put(data[at : at + CHUNK])
+            progress(min(at + CHUNK, len(data)), len(data))
         while (line := self._line()).startswith("AT "):
             pass
         self._check(line, "DONE")
@@ -110,5 +123,5 @@ class Upload:
     def _raise_error(self, line: str) -> None:
         if line.startswith("ERROR "):
             reason = line.removeprefix("ERROR ")
-            hint = "`wificnc wifi status` shows it, over USB" if "access key" in reason else None
+            hint = next((hint for word, hint in REFUSAL_HINTS.items() if word in reason), None)
             raise FlashError(f"{self.name} refuses: {reason}", hint)

@@ -9,8 +9,11 @@ import secrets
 
 LETTERS = "0123456789abcdefghjkmnpqrstvwxyz"  # Crockford's: none is like another
 GROUPS, GROUP = 4, 5
+KEY_MAX = 63  # bytes without dashes and spaces
 LABEL = b"WiFiCNC login\0\0\0"
-QUESTION = re.compile(rb"\[LOGIN:([0-9a-f]{32}),([0-9a-f]{32}),(\d{1,6})\]")  # six digits: some 0.1 s of a computer
+# Fewer rounds let a rogue controller guess the key from the proof; six digits are some 0.1 s of a computer.
+ROUNDS_MIN = 1000
+QUESTION = re.compile(rb"\[LOGIN:([0-9a-f]{32}),([0-9a-f]{32}),([1-9]\d{3,5})\]")
 
 
 def make_key() -> str:
@@ -34,5 +37,5 @@ def login_proof(key: str, said: bytes) -> bytes | None:
     if question is None:
         return None
     nonce, salt, rounds = bytes.fromhex(question[1].decode()), bytes.fromhex(question[2].decode()), int(question[3])
-    secret = key_secret(key, salt, max(rounds, 1))
+    secret = key_secret(key, salt, rounds)
     return hmac.digest(secret, LABEL + nonce, "sha256").hex().encode()

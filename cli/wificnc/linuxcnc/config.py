@@ -10,6 +10,7 @@ from wificnc.machine.model import LinearAxis, Machine, RotaryAxis, Value
 from wificnc.protocol import AXES, load_settings
 
 OUTPUT_COUNT, INPUT_COUNT = 5, 4  # digital pins of the component (linuxcnc/pins.h)
+KEY_FILE = "access.key"  # next to the INI file
 SAMPLES = 1000  # servo periods that wait for the component, should it not get its turn
 
 QUEUE_MS = 100
@@ -59,6 +60,8 @@ HALFILE = {name}.hal
 
 [WIFICNC]
 ADDRESS = {address}
+# `wificnc linuxcnc pair` stores the controller's access key there
+KEY_FILE = {key_file}
 # motion that waits in the controller, so that a late packet does not stop the machine
 QUEUE_MS = {queue_ms}
 # run-up time of a spindle without an encoder
@@ -126,7 +129,7 @@ loadrt sampler depth={samples} cfg={kinds}
 # what LinuxCNC's screen shows when the controller has a problem; one text for each name
 loadrt message names={names} messages="{texts}"
 loadusr -Wn wificnc {program} --address [WIFICNC]ADDRESS --joints {count} \\
-    --queue-ms [WIFICNC]QUEUE_MS --run-up-s [WIFICNC]RUN_UP_S
+    --queue-ms [WIFICNC]QUEUE_MS --run-up-s [WIFICNC]RUN_UP_S --key-file [WIFICNC]KEY_FILE
 addf motion-command-handler servo-thread
 addf motion-controller servo-thread
 addf integ.0 servo-thread
@@ -216,7 +219,9 @@ def files(name: str, address: str, machine: Machine, homes: bool | None = None) 
     fastest = max(float(joint["velocity"]) for joint in joints)
     letters = "".join(str(joint["letter"]) for joint in joints)
     values = {"name": name, "address": address, "letters": letters, "count": len(joints), "fastest": fastest}
-    ini = INI.format(**values, slow=fastest / 4, **_lags()) + "".join(JOINT_INI.format(**joint) for joint in joints)
+    ini = INI.format(**values, key_file=KEY_FILE, slow=fastest / 4, **_lags()) + "".join(
+        JOINT_INI.format(**joint) for joint in joints
+    )
     texts = messages()
     sampler = {"samples": SAMPLES, "kinds": "f" * len(joints) + "fs", "program": PROGRAM}
     shown = {"names": ",".join(f"say-{name}" for name in texts), "texts": ",".join(texts.values())}

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from wificnc.errors import UserError
+from wificnc.link.access import normal_key
 from wificnc.machine.model import Machine
 from wificnc.nvs.image import Entry, NvsImage, Value
 from wificnc.protocol import AXES, load_settings
@@ -56,9 +57,10 @@ def text_entry(key: str, value: str) -> Entry:
     """A text of protocol/nvs.toml. Raises UserError when it is too short or too long."""
     row = next(row for row in load_nvs().text if row.key == key)
     size = len(value.encode())
-    if not row.min <= size <= row.max:
+    counted = len(normal_key(value)) if key == "access_key" else size  # its dashes and spaces are no part of it
+    if counted < row.min or size > row.max:
         raise UserError(
-            f"{key}: {size} bytes, but it takes {row.min} to {row.max}",
+            f"{key}: {min(counted, size)} bytes, but it takes {row.min} to {row.max}",
             hint=f"{row.help} Letters beyond ASCII count as two bytes or more.",
         )
     return Entry(NAMESPACE, key, "string", value)

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from wificnc.board.model import Board
+from wificnc.build.esp32 import SIGNATURE
+from wificnc.build.signing import VARIABLE, signing_key
 from wificnc.errors import ReleaseError
 from wificnc.flash.device import quiet_esptool
 from wificnc.flash.plan import BOOTLOADER, FIRMWARE, Partition, Region, image_flash_mb, load_regions
@@ -28,6 +30,7 @@ class Esp32Firmware:
     merged: bytes  # of one piece, from address 0; between the regions it is blank, so it forgets the settings
     uf2: bytes  # the regions, for an ESP USB Bridge
     elf: bytes
+    signature: bytes  # of the firmware, in DER
     flash_mb: int  # that it needs
     has_improv: bool  # WiFi can be set over the serial port
 
@@ -39,6 +42,7 @@ def load_firmware(folder: Path, board: Board, partitions: dict[str, Partition]) 
     by_name = {region.name: region.data for region in regions}
     for name in (BOOTLOADER, FIRMWARE):
         _check_image(name, by_name[name], board)
+    signature = _signature(folder / SIGNATURE, by_name[FIRMWARE], board)
     _check_table(folder / "partitions.bin", partitions)
     flash_mb = image_flash_mb(by_name[BOOTLOADER])
     if flash_mb > min(board.memory.flash_mb):
@@ -52,6 +56,7 @@ def load_firmware(folder: Path, board: Board, partitions: dict[str, Partition]) 
         merged=_merge(regions, board.chip, "raw"),
         uf2=_merge(regions, board.chip, "uf2"),
         elf=(folder / "firmware.elf").read_bytes(),
+        signature=signature,
         flash_mb=flash_mb,
         has_improv=IMPROV_MAGIC in by_name[FIRMWARE],
     )
@@ -70,6 +75,18 @@ def _check_image(name: str, data: bytes, board: Board) -> None:
         raise ReleaseError(f"the {name} of {board.id} is damaged: its checksum is {found}, not {wanted}", hint)
     if not image.append_digest or image.stored_digest != image.calc_digest:
         raise ReleaseError(f"the {name} of {board.id} is damaged: its SHA-256 is missing or differs", hint)
+
+
+def _signature(path: Path, firmware: bytes, board: Board) -> bytes:
+    """Every board of a release takes the updates of the next one. Raises ReleaseError."""
+    key = signing_key()
+    signature = path.read_bytes() if path.is_file() else b""
+    if key.point not in firmware or not key.has_signed(firmware, signature):
+        raise ReleaseError(
+            f"the firmware of {board.id} is not signed with the key {key.name}",
+            hint=f"set {VARIABLE} to the key it was built with; or wificnc build {board.id} --clean",
+        )
+    return signature
 
 
 def read_table(data: bytes) -> list[Partition]:

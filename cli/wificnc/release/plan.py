@@ -20,6 +20,7 @@ ESP32_FILES = {
     "-partition-table.bin": "partition table",
     "-slot-choice.bin": "which slot starts: the first",
     "-firmware.bin": "the application, also for updates over the network",
+    "-firmware.sig": "its signature: ECDSA with P-256 and SHA-256",
     ".uf2": "the same for an ESP USB Bridge",
     ".elf": "for debuggers and backtraces",
 }

@@ -14,6 +14,7 @@ from typing import Any
 
 from wificnc.board import paths
 from wificnc.board.model import Board
+from wificnc.build.esp32 import SIGNATURE
 from wificnc.build.pic32mz import build_pic32mz
 from wificnc.errors import ReleaseError
 from wificnc.flash.plan import Partition, read_partitions
@@ -33,7 +34,7 @@ else:
 
 SCHEMA = 1
 PAGE = Path("web/dist")
-PACKAGED_IMAGES = ("bootloader.bin", "partitions.bin", "firmware.bin")  # of an ESP32, in the Python package
+PACKAGED_IMAGES = ("bootloader.bin", "partitions.bin", "firmware.bin", SIGNATURE)  # of an ESP32, in the package
 Say = Callable[[str], None]
 
 
@@ -161,7 +162,8 @@ def _esp32(work: _Work, board: Board, partitions: dict[str, Partition]) -> _Boar
 
 def _esp32_assets(firmware: Esp32Firmware) -> dict[str, bytes]:
     regions = {f"-{page.file_name(region)}": region.data for region in firmware.regions}
-    made = {**regions, "-merged.bin": firmware.merged, ".uf2": firmware.uf2, ".elf": firmware.elf}
+    whole = {"-merged.bin": firmware.merged, ".uf2": firmware.uf2, ".elf": firmware.elf}
+    made = {**regions, **whole, "-firmware.sig": firmware.signature}
     return {suffix: made[suffix] for suffix in ESP32_FILES}
 
 

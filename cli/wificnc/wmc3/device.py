@@ -15,7 +15,7 @@ from typing import TypeVar
 
 from wificnc import __version__
 from wificnc.errors import LinkError, ProtocolError, RefusedError, UserError
-from wificnc.link.access import key_secret
+from wificnc.link.access import ROUNDS_MIN, key_secret
 from wificnc.wmc3.keys import KEYS, Key
 from wificnc.wmc3.layout import (
     CONTROL_PORT,
@@ -188,6 +188,8 @@ class Device:
 
     def _authenticate(self) -> None:
         asked = self.request(Challenge(), ChallengeResponse)
+        if asked.rounds < ROUNDS_MIN:
+            raise ProtocolError(f"{self.address} asks for a proof that gives the access key away")
         secret = key_secret(self._key, asked.salt, asked.rounds)
         nonce = os.urandom(len(asked.nonce))
         connection = self._connection()
@@ -241,6 +243,10 @@ class Device:
     def handshake(self) -> HandshakeResponse:
         major, minor, patch = (int(part) for part in __version__.split(".")[:3])
         return self.request(Handshake(major << 24 | minor << 16 | patch, "wificnc"), HandshakeResponse)
+
+    def prove_key(self) -> None:
+        """Whether the controller needs it now or not. Raises RefusedError: it is another key."""
+        self._authenticate()
 
     def get(self, key: int) -> int | float | str:
         return unpack_value(self.request(ConfigGet(key=key), ConfigValue))

@@ -3,6 +3,7 @@
 
 #include "hal/hal.h"
 #include "input/rx.h"
+#include "machine/guard.h"
 #include "net_tcp.h"
 
 #include <string.h>
@@ -65,6 +66,11 @@ static bool busy(void *ctx) {
     return machine_has_line(controller->machine) || !machine_is_at_rest(controller->machine);
 }
 
+static uint8_t presses(void *ctx) {
+    const struct controller *controller = ctx;
+    return guard_idle_starts(controller->machine);
+}
+
 static bool notice(void *ctx, unsigned number, char *text, size_t size) {
     const struct controller *controller = ctx;
     return machine_notice(controller->machine, number, text, size);
@@ -103,6 +109,7 @@ void controller_init(struct controller *controller, struct machine *machine,
                                            .left = left,
                                            .notice = notice,
                                            .busy = busy,
+                                           .presses = presses,
                                            .key = key};
     *controller = (struct controller){.machine = machine, .listener = -1};
     net_hub_init(&controller->hub, sizes, &ops, controller);

@@ -14,6 +14,8 @@ void ota_init(struct ota *ota, const struct ota_ops *ops, void *ctx, const struc
     *ota = (struct ota){.ops = ops, .ctx = ctx, .image = *image, .access = access};
 }
 
+static const char request_form[] = "expected SIZE SHA256 SIGNATURE MAC";
+
 /* ---- words ---- */
 
 /* Whoever does not read its few answers loses them. */
@@ -44,7 +46,7 @@ static void hang_up(struct ota *ota) {
 }
 
 static void refuse(struct ota *ota, const char *why) {
-    char text[OTA_LINE_SIZE];
+    char text[OTA_SAID_SIZE];
     snprintf(text, sizeof text, "ERROR %s\n", why);
     if (ota->state == OTA_TAKES)
         ota->ops->abort(ota->ctx);
@@ -73,7 +75,7 @@ static bool get_hex(const char *text, uint8_t *bytes, size_t count) {
 bool ota_connect(struct ota *ota, const struct net_stream *stream, const uint8_t nonce[OTA_NONCE_SIZE],
                  uint32_t now_us) {
     static const char busy[] = "ERROR another upload is in progress\n";
-    char text[OTA_LINE_SIZE], salt[2 * ACCESS_SALT + 1];
+    char text[OTA_SAID_SIZE], salt[2 * ACCESS_SALT + 1];
     if (ota->state != OTA_FREE) {
         stream->ops->write(stream, busy, sizeof busy - 1);
         stream->ops->close(stream);
@@ -85,24 +87,35 @@ bool ota_connect(struct ota *ota, const struct net_stream *stream, const uint8_t
     ota->heard_us = now_us;
     put_hex(ota->nonce, nonce, OTA_NONCE_SIZE);
     put_hex(salt, ota->access->salt, ACCESS_SALT);
-    snprintf(text, sizeof text, "WIFICNC-OTA 2 %s %s %s %d\n", ota->image.board, ota->nonce, salt,
+    snprintf(text, sizeof text, "WIFICNC-OTA 3 %s %s %s %d\n", ota->image.board, ota->nonce, salt,
              ACCESS_ROUNDS);
     say(ota, text);
     say_all(ota);
     return true;
 }
 
-/* "SIZE SHA256 MAC" -> size and digest. @return NULL: it is well-formed and signed */
-static const char *read_request(struct ota *ota, char *line) {
+/* Words of hexadecimal digits, a blank between each two and nothing behind the last. */
+static bool get_words(const char *text, uint8_t *const words[], const size_t sizes[], unsigned count) {
+    for (unsigned i = 0; i < count; i++) {
+        if (!get_hex(text, words[i], sizes[i]) || text[2 * sizes[i]] != (i + 1 < count ? ' ' : '\0'))
+            return false;
+        text += 2 * sizes[i] + 1;
+    }
+    return true;
+}
+
+/* -> size, digest and signature. @return NULL: it is well-formed, and its sender knows the access key */
+static const char *read_request(struct ota *ota, char *line, uint8_t signature[SIGNATURE_SIZE]) {
     uint8_t mac[SHA256_SIZE], wanted[SHA256_SIZE];
-    char message[OTA_LINE_SIZE];
-    char *mac_text = strrchr(line, ' ');
+    uint8_t *const words[] = {ota->digest, signature, mac};
+    static const size_t sizes[] = {SHA256_SIZE, SIGNATURE_SIZE, SHA256_SIZE};
+    char message[OTA_LINE_SIZE + 2 * OTA_NONCE_SIZE];
     unsigned long long size;
-    int digest_at = 0;
-    if (sscanf(line, "%10llu %n", &size, &digest_at) != 1 || mac_text == NULL || digest_at == 0 ||
-        !get_hex(line + digest_at, ota->digest, SHA256_SIZE) || !get_hex(mac_text + 1, mac, SHA256_SIZE))
-        return "expected SIZE SHA256 MAC";
-    *mac_text = '\0';
+    int words_at = 0;
+    if (sscanf(line, "%10llu %n", &size, &words_at) != 1 || words_at == 0 ||
+        !get_words(line + words_at, words, sizes, 3))
+        return request_form;
+    *strrchr(line, ' ') = '\0';
     int length = snprintf(message, sizeof message, "%s %s", ota->nonce, line);
     sha256_hmac(ota->access->secret, SHA256_SIZE, message, (size_t)length, wanted);
     ota->size = (size_t)size;
@@ -110,11 +123,13 @@ static const char *read_request(struct ota *ota, char *line) {
     return good ? NULL : "wrong access key";
 }
 
+/* The signature is looked at when the machine is locked and at rest: that takes a while. */
 static void take_line(struct ota *ota) {
     if (!access_is_turn(ota->access, ota->stream.peer, ota->tried_us))
         return;
+    uint8_t signature[SIGNATURE_SIZE];
     ota->line[ota->line_size] = '\0';
-    const char *why = read_request(ota, ota->line);
+    const char *why = read_request(ota, ota->line, signature);
     if (why == NULL && ota->size <= OTA_HEADER_SIZE)
         why = "not a firmware image: too small";
     if (why == NULL)
@@ -125,6 +140,10 @@ static void take_line(struct ota *ota) {
         return;
     }
     ota->state = OTA_TAKES;
+    if (!ota->ops->is_signed(ota->ctx, ota->digest, signature)) {
+        refuse(ota, "not signed with the key of the firmware that runs: install this one over USB");
+        return;
+    }
     sha256_begin(&ota->sha);
     say(ota, "OK\n");
 }
@@ -215,7 +234,7 @@ static void take(struct ota *ota, const uint8_t *bytes, size_t count) {
         else if (ota->line_size + 1 < sizeof ota->line)
             ota->line[ota->line_size++] = (char)*bytes;
         else
-            refuse(ota, "expected SIZE SHA256 MAC");
+            refuse(ota, request_form);
     }
     if (count > 0 && ota->state == OTA_TAKES)
         take_image(ota, bytes, count);

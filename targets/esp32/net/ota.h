@@ -2,25 +2,28 @@
  * Takes a new firmware over TCP. [task] One upload at a time. Sockets are a net_stream, the flash is ops, the
  * clock is an argument: it runs on a computer, too.
  *
- *   we      WIFICNC-OTA 2 BOARD NONCE SALT ROUNDS\n   twice 32 hex digits, the nonce new for every connection
- *   they    SIZE SHA256 MAC\n                   bytes; 64 hex digits of the image; 64 of
- *                                               HMAC-SHA256(secret, "NONCE SIZE SHA256"), the secret
+ *   we      WIFICNC-OTA 3 BOARD NONCE SALT ROUNDS\n   twice 32 hex digits, the nonce new for every connection
+ *   they    SIZE SHA256 SIGNATURE MAC\n         bytes; 64 hex digits of the image; 128 of its signature
+ *                                               (net/signature.h); 64 of HMAC-SHA256(secret,
+ *                                               "NONCE SIZE SHA256 SIGNATURE"), the secret
  *                                               PBKDF2(access key, SALT, ROUNDS)
  *   we      OK\n  or  ERROR text\n
  *   they    the image
  *   we      AT bytes\n                          now and then
  *   we      DONE\n  or  ERROR text\n            it is whole, and starts next
  *
- * So the key never travels, an old upload cannot be played again, and what was sent is what was signed.
+ * So the key never travels, an old upload cannot be played again, and what arrives is what who has built the
+ * running firmware has signed.
  * The old firmware stays in its slot until the new one has run for a while. */
 #ifndef WIFICNC_ESP32_OTA_H
 #define WIFICNC_ESP32_OTA_H
 
 #include "access/access.h"
+#include "net/signature.h"
 #include "net_stream.h"
 
 enum { OTA_PORT = 58430, OTA_NONCE_SIZE = 16, OTA_TOLD_EVERY = 65536, OTA_IDLE_US = 15000000 };
-enum { OTA_LINE_SIZE = 176, OTA_HEADER_SIZE = 112, OTA_PIECE = 1024 };
+enum { OTA_LINE_SIZE = 288, OTA_SAID_SIZE = 144, OTA_HEADER_SIZE = 112, OTA_PIECE = 1024 };
 
 /** Of the image's first bytes (ESP-IDF, "App Image Format"): magic 0xE9, chip id at 12; at 32 the app
  * descriptor: magic, project name at +48. */
@@ -34,6 +37,9 @@ struct ota_image {
 struct ota_ops {
     /** May it begin? The machine must be still, and stays locked until end(), abort(). */
     const char *(*begin)(void *ctx, size_t size);
+    /** Whether the image of this digest is signed with the key of this firmware. Behind begin(): it takes
+     * some 0.1 s. */
+    bool (*is_signed)(void *ctx, const uint8_t digest[SHA256_SIZE], const uint8_t signature[SIGNATURE_SIZE]);
     const char *(*write)(void *ctx, const uint8_t *bytes, size_t count);
     /** All is written and its digest is right: make it the next one to start. */
     const char *(*end)(void *ctx);
@@ -61,7 +67,7 @@ struct ota {
     char nonce[2 * OTA_NONCE_SIZE + 1];
     char line[OTA_LINE_SIZE]; /* received */
     size_t line_size;
-    char said[OTA_LINE_SIZE]; /* not yet sent */
+    char said[OTA_SAID_SIZE]; /* not yet sent */
     size_t said_size;
     size_t size, taken; /* bytes of the image */
     uint8_t digest[SHA256_SIZE];

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "net/ota_flash.h"
 
+#include "signing_key.h"
+
 #include "esp_ota_ops.h"
 #include "esp_partition.h"
 
@@ -26,6 +28,12 @@ static const char *begin(void *ctx, size_t size) {
     return "the slot cannot be written";
 }
 
+static bool is_signed(void *ctx, const uint8_t digest[SHA256_SIZE], const uint8_t signature[SIGNATURE_SIZE]) {
+    static const uint8_t key[SIGNATURE_KEY_SIZE] = {SIGNING_KEY};
+    (void)ctx;
+    return signature_is_good(key, digest, signature);
+}
+
 static const char *write_flash(void *ctx, const uint8_t *bytes, size_t count) {
     (void)ctx;
     return esp_ota_write(update.handle, bytes, count) == ESP_OK ? NULL : "the flash cannot be written";
@@ -46,7 +54,8 @@ static void abort_it(void *ctx) {
     flash->unlock(flash->ctx);
 }
 
-const struct ota_ops ota_flash_ops = {.begin = begin, .write = write_flash, .end = end, .abort = abort_it};
+const struct ota_ops ota_flash_ops = {
+    .begin = begin, .is_signed = is_signed, .write = write_flash, .end = end, .abort = abort_it};
 
 void ota_flash_confirm(void) {
     (void)esp_ota_mark_app_valid_cancel_rollback();

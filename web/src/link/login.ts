@@ -4,7 +4,7 @@ import { sha256 } from "@noble/hashes/sha2.js";
 import { bytesToHex, concatBytes, hexToBytes, utf8ToBytes } from "@noble/hashes/utils.js";
 
 const LABEL = utf8ToBytes("WiFiCNC login\0\0\0");
-const QUESTION = /^\[LOGIN:([0-9a-f]{32}),([0-9a-f]{32}),([1-9]\d{0,5})\]$/;
+const QUESTION = /^\[LOGIN:([0-9a-f]{32}),([0-9a-f]{32}),([1-9]\d{3,5})\]$/;
 
 /** Letter case of A to Z, dashes and spaces do not count: core/access/key.c. */
 function normalKey(key: string): Uint8Array {

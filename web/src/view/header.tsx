@@ -9,6 +9,7 @@ import {
   controller,
   failure,
   job,
+  logIn,
   reconnected,
   reconnects,
   served,
@@ -16,7 +17,6 @@ import {
   toggleTheme,
 } from "../app";
 import { hasWebSerial } from "../link/serial";
-import { LinkError } from "../link/transport";
 import { alarmWords, settingNumber } from "../tables";
 import { Button, Dialog, Notice } from "./parts";
 
@@ -259,12 +259,10 @@ function RestartNotice(): JSX.Element | null {
 function LockedNotice(): JSX.Element | null {
   const key = useSignal("");
   if (!controller.connected.value || !controller.locked.value) return null;
-  const login = async (): Promise<void> => {
-    const said = controller.login(key.value);
+  const login = (): Promise<void> => {
+    const given = key.value;
     key.value = "";
-    if (!(await said)) throw new LinkError("This access key is not accepted", "It is shown over USB. Case, dashes and spaces do not matter.");
-    controller.locked.value = false;
-    await controller.getToKnow();
+    return logIn(given);
   };
   return (
     <Notice kind="warn" title="This controller is locked" text="Without its access key you can only view its state. The key is shown over USB.">
