@@ -214,7 +214,7 @@ def test_a_wrong_key(make: Callable[..., Bench], said: str) -> None:
     bench = make(key="right", said=said)
     bench.switch(out_08=True)
     bench.run(0.2)
-    assert bench.lost and "--key" in bench.lost and bench.virtual.levels == 0
+    assert bench.lost and "wificnc linuxcnc pair" in bench.lost and bench.virtual.levels == 0
 
 
 def test_a_key(make: Callable[..., Bench]) -> None:
