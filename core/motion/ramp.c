@@ -9,16 +9,19 @@
 #define ALMOST   0.999f /* nearer than that is equal: of times and accelerations */
 #define HALVINGS 6      /* of what an acceleration may be off the greatest */
 
-ramp_state ramp_after(const struct ramp_way *way, ramp_state state, float accel, float time_s) {
-    float sign = accel < 0.0f ? -1.0f : 1.0f, size = sign * accel, was_s = max_f(sign * state, 0.0f);
-    float mean_s = way->mean_s;
-    if (size < ALMOST * way->calm)
+/* Of speeding up at `accel`, >= 0. */
+static float after_rise(const struct ramp_way *way, float state, float accel, float time_s) {
+    float was_s = max_f(state, 0.0f), mean_s = way->mean_s;
+    if (accel < ALMOST * way->calm)
         return 0.0f;
-    if (size > way->near * (2.0f - ALMOST))
-        return sign * 2.0f * mean_s;
-    bool follows = was_s > mean_s;
-    was_s = follows ? max_f(was_s - time_s, mean_s) : min_f(was_s + time_s, mean_s);
-    return sign * (fabsf(was_s - mean_s) < (1.0f - ALMOST) * mean_s ? mean_s : was_s);
+    if (accel > way->near * (2.0f - ALMOST))
+        return 2.0f * mean_s;
+    was_s = was_s > mean_s ? max_f(was_s - time_s, mean_s) : min_f(was_s + time_s, mean_s);
+    return fabsf(was_s - mean_s) < (1.0f - ALMOST) * mean_s ? mean_s : was_s;
+}
+
+ramp_state ramp_after(const struct ramp_way *way, ramp_state state, float accel, float time_s) {
+    return accel < 0.0f ? -after_rise(way, -state, -accel, time_s) : after_rise(way, state, accel, time_s);
 }
 
 float ramp_time_s(const struct ramp_way *way, ramp_state state, float time_s) {
