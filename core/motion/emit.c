@@ -53,7 +53,7 @@ void emit_reset(struct emit *emit, const int32_t position_steps[AXIS_COUNT]) {
         emit->ran_dry = false;
     emit->settles = emit->waits = false;
     emit->gear.phase = GEAR_OFF;
-    emit->y = emit->v_mm_s = emit->path_mm_s = 0.0f;
+    emit->y = emit->v_mm_s = emit->path_mm_s = emit->ramp = 0.0f;
     emit->along_mm = emit->t = 0.0;
     emit->dwell_ns = emit->dwelt_ns = 0;
     emit->stop = AHEAD_GO;
@@ -98,6 +98,13 @@ bool emit_is_held(const struct emit *emit) {
     return emit->hold && emit->y == 0.0f && !is_behind(emit) && !gear_is_on(&emit->gear);
 }
 
+/* What limited jerk makes the way to a stop longer by at most, at speed^2 y: it may have to speed up for one
+ * mean before, and brake gently for another. */
+static float ramp_mm(const struct path *path, float accel_mm_s2, float y) {
+    float mean_s = path->mean_s;
+    return mean_s > 0.0f ? 2.0f * mean_s * (sqrtf(y) + path->near_part * accel_mm_s2 * mean_s) : 0.0f;
+}
+
 float emit_slack_mm(const struct emit *emit) {
     const struct path *path = &emit->plan->path;
     if (path_count(path) == 0)
@@ -109,7 +116,7 @@ float emit_slack_mm(const struct emit *emit) {
                                        : path_count(path) > 1 ? before_mm
                                                               : 0.0f);
     float y = on_it ? emit->y : path_count(path) > 1 ? last->enter_y : 0.0f;
-    return left_mm - SLACK_USED * y / (2.0f * last->accel_mm_s2);
+    return left_mm - SLACK_USED * y / (2.0f * last->accel_mm_s2) - ramp_mm(path, last->accel_mm_s2, y);
 }
 
 uint32_t emit_line(const struct emit *emit) {
@@ -152,6 +159,8 @@ void emit_change_limits(struct emit *emit) {
 static bool is_near_end(const struct emit *emit, float times, float more_mm) {
     struct path *path = &emit->plan->path;
     float left = 0.5f * times * emit->y, skip_mm = more_mm + (float)emit->along_mm;
+    if (path_count(path) > 0)
+        skip_mm += ramp_mm(path, path_piece(path, path->tail)->accel_mm_s2, emit->y);
     for (uint32_t i = path->tail; i != path->head; i++) {
         const struct piece *piece = path_piece(path, i);
         float way_mm = piece->length_mm - skip_mm;

@@ -14,6 +14,7 @@
 #include "motion/gear.h"
 #include "motion/history.h"
 #include "motion/planner.h"
+#include "motion/ramp.h"
 #include "segment/ahead.h"
 
 /** State that is kept at a mark: what making segments changes. What others change (the plan, hold, overrides,
@@ -24,6 +25,7 @@ struct emit_place {
     uint16_t next_id;
     double t;
     float y, v_mm_s, path_mm_s;
+    ramp_state ramp;
     double along_mm, time_ns;
     double corner_mm[AXIS_COUNT];
     int32_t steps[AXIS_COUNT];
@@ -49,6 +51,7 @@ struct emit {
     float y;                      /* motion/timing.h */
     float v_mm_s;                 /* of the axes ... */
     float path_mm_s;              /* ... and of the path that they follow */
+    ramp_state ramp;              /* of its acceleration */
     int32_t steps[AXIS_COUNT];    /* where the last segment ended, to the nearest step below ... */
     uint8_t fraction[AXIS_COUNT]; /* ... plus this, in 1/256; 128 is exactly on a step */
     const struct shaper *shaper;  /* what is made of the path: one of the plan's */

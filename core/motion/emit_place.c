@@ -30,6 +30,7 @@ void emit_save(void *ctx, uint32_t at) {
     place->piece_at = emit->piece_at;
     place->power = emit->power;
     place->path_mm_s = emit->path_mm_s;
+    place->ramp = emit->ramp;
     place->shaper = emit->shaper;
     place->history = emit->history.now;
     gear_save(&emit->gear, &place->gear);
@@ -65,6 +66,7 @@ void emit_load(void *ctx, uint32_t at, enum ahead_return why) {
     emit->piece_at = place->piece_at;
     emit->power = place->power;
     emit->path_mm_s = place->path_mm_s;
+    emit->ramp = place->ramp;
     emit->shaper = place->shaper;
     history_load(&emit->history, &place->history, emit->ahead->side);
     gear_load(&emit->gear, &place->gear, why == AHEAD_STOPPED);

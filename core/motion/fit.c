@@ -3,8 +3,10 @@
 
 #include "motion/history.h"
 
-#define JERK_PART  0.25f /* of the tolerance is for limited jerk */
-#define SHAPE_PART 0.5f  /* ... and this for input shaping and limited jerk together */
+#define SHAPE_PART 0.5f  /* of the tolerance is for limited jerk and input shaping together ... */
+#define JERK_PART  0.25f /* ... and this for limited jerk, where there is both */
+#define JUMP       1.96f /* of 2: so far two accelerations within one mean may differ, times that in bends */
+#define CALM       0.05f /* ... and this is least before and after all of it on a straight way */
 #define ROUNDING   1e-4f /* relative */
 #define MIN_MEAN_S 0.002f
 /* How far a segment may lie off its curve, as a part of the tolerance and on top of it. */
@@ -24,10 +26,10 @@ static float cube_root(float c) {
 
 /* Averaging over T = 2 k A / J limits the jerk, and cuts curves by up to k |A| T^2 / 24, |A| being that of X,
  * Y and Z together. The part k of the acceleration that is used makes that fit: k^3 = 6 e J^2 / (|A| A^2).
- * @return T; the accelerations become those that are used */
-static float fit_jerk(struct motion_limits *limits) {
+ * @param room  part of the tolerance @return T; the accelerations become those that are used */
+static float fit_jerk(struct motion_limits *limits, float room) {
     float most = 0.0f, sum = 0.0f, part = 1.0f, jerk = limits->jerk_mm_s3;
-    float room_mm = JERK_PART * limits->junction_deviation_mm;
+    float room_mm = room * limits->junction_deviation_mm;
     for (unsigned ax = 0; ax < limits->axis_count; ax++) {
         most = max_f(most, limits->accel_mm_s2[ax]);
         sum += ax <= AXIS_Z ? limits->accel_mm_s2[ax] * limits->accel_mm_s2[ax] : 0.0f;
@@ -56,24 +58,40 @@ static float drift_mm(const struct shaper *shaper, const struct motion_limits *l
     return sqrtf(sum);
 }
 
+static bool is_shaped(const struct motion_limits *limits) {
+    bool any = false;
+    for (unsigned ax = 0; ax < limits->axis_count; ax++)
+        any = any || limits->shaper[ax].kind != SHAPER_OFF;
+    return any;
+}
+
+/* Limited jerk leaves `used` of the accelerations for bends. Far from them there is more, if it comes and
+ * goes in steps (motion/ramp.h): all, or as much as may follow the part `part` of what is used. */
+static void fit_ramps(struct plan *plan, float used, float part) {
+    float far = used < 1.0f ? min_f(1.0f / used, part + JUMP) : 1.0f;
+    float calm = max_f(far - JUMP, CALM * part), mean_s = (float)plan->shaper.mean_ns * 1e-9f;
+    path_set_limits(&plan->path, &plan->limits, part, far);
+    path_set_jerk(&plan->path, used < 1.0f ? mean_s : 0.0f, calm / far);
+}
+
 /* In bends and next to them the axes have the part of their acceleration with which the tolerance suffices.
  * On long straight ways they have all of it: what shaping does there is along the way. */
 static void fit_shapers(struct plan *plan) {
     struct motion_limits *limits = &plan->limits, unshaped;
-    float mean_s = fit_jerk(limits), part = 1.0f;
+    float all_mm_s2 = limits->accel_mm_s2[AXIS_X], part = 1.0f;
+    float mean_s = fit_jerk(limits, is_shaped(limits) ? JERK_PART : SHAPE_PART);
     unshaped = *limits;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         unshaped.shaper[ax] = (struct shaper_mode){SHAPER_OFF, 0.0f, 0.0f};
     shaper_set(&plan->unshaped, &unshaped, mean_s, HISTORY_WINDOW);
     shaper_set(&plan->shaper, limits, mean_s, HISTORY_WINDOW);
-    bool shaped = plan->shaper.window_ns != plan->unshaped.window_ns;
-    float room_mm = (shaped ? SHAPE_PART : JERK_PART) * limits->junction_deviation_mm;
-    float drift = drift_mm(&plan->shaper, limits);
+    float room_mm = SHAPE_PART * limits->junction_deviation_mm, drift = drift_mm(&plan->shaper, limits);
     if (room_mm > 0.0f && drift > room_mm * (1.0f + ROUNDING))
         part = room_mm / drift;
     plan->shaped_mm = part * drift;
-    path_set_limits(&plan->path, limits, part);
-    path_set_shaper(&plan->path, &plan->shaper, part < 1.0f ? shaper_reach_s(&plan->shaper) : 0.0f, room_mm);
+    fit_ramps(plan, limits->accel_mm_s2[AXIS_X] / all_mm_s2, part);
+    float near_s = part < 1.0f ? shaper_reach_s(&plan->shaper) : 0.0f;
+    path_set_shaper(&plan->path, &plan->shaper, max_f(near_s, plan->path.mean_s), room_mm);
 }
 
 /* The chord of a curve with the acceleration |A|, that of X, Y and Z together, is up to |A| T^2 / 8 off it.

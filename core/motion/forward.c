@@ -73,6 +73,7 @@ static void end_line(struct emit *emit, const struct piece *piece) {
     float rounding_y = 16.0f * ROUNDING * piece->accel_mm_s2 * piece->length_mm;
     if (!emit->late && emit->y > piece->blend_y * (1.0f + ABOVE_PLAN) + rounding_y)
         emit->plan->timing.unmet += emit->stop == AHEAD_GO; /* what is not executed is none */
+    emit->ramp = 0.0f;
     if (piece->tangent_mm > 0.0f) {
         if (is_newest(emit)) {
             emit->y = 0.0f;
@@ -90,6 +91,55 @@ static void end_line(struct emit *emit, const struct piece *piece) {
     emit->along_mm = 0.0;
 }
 
+/* What is only rounding is 0. */
+static float snap(float way_mm, float tiny_mm) {
+    return fabsf(way_mm) <= tiny_mm ? 0.0f : way_mm;
+}
+
+/* What is left of the straight way, with limited jerk. */
+static struct ramp_way find_way(const struct emit *emit, const struct piece *piece) {
+    const struct path *path = &emit->plan->path;
+    const struct piece *before = path_piece(&emit->plan->path, path->tail - 1);
+    float at_mm = (float)emit->along_mm, end_mm = piece->length_mm - piece->tangent_mm - at_mm;
+    float slow_mm = before->tangent_mm > 0.0f ? before->tangent_mm + before->near_mm : 0.0f;
+    float tiny_mm = ROUNDING * piece->length_mm;
+    return (struct ramp_way){.slow_mm = snap(slow_mm - at_mm, tiny_mm),
+                             .brake_mm = snap(end_mm - piece->near_mm, tiny_mm),
+                             .end_mm = end_mm,
+                             .end_y = piece->blend_y,
+                             .limit_y = timing_limit_sq(&emit->plan->timing, piece),
+                             .accel = piece->accel_mm_s2,
+                             .near = path->near_part * piece->accel_mm_s2,
+                             .calm = path->calm_part * piece->accel_mm_s2,
+                             .mean_s = path->mean_s};
+}
+
+/* Along the straight way for at most time_s, with limited jerk. */
+static float travel_ramp(struct emit *emit, const struct ramp_way *way, float time_s) {
+    bool late = emit->late;
+    float v = sqrtf(emit->y), accel;
+    time_s = ramp_time_s(way, emit->ramp, time_s);
+    if (emit->hold)
+        accel = ramp_stop(way, emit->ramp, v, time_s);
+    else
+        accel = ramp_choose(way, emit->ramp, v, time_s, &late);
+    if (emit->y == 0.0f && accel <= 0.0f)
+        accel = way->near;
+    float way_mm = ramp_way_mm(way), y1 = emit->y + 2.0f * accel * way_mm;
+    if (accel < -way->near && !emit->hold)
+        y1 = max_f(SLACK * y1 - (SLACK - 1.0f) * emit->y, ramp_plan_y(way, way_mm));
+    if (y1 < 0.0f) {
+        way_mm = emit->y / (-2.0f * accel);
+        y1 = 0.0f;
+    }
+    float part = run(emit, way_mm, y1, &time_s);
+    emit->late = emit->late && late;
+    emit->ramp = emit->y > 0.0f ? ramp_after(way, emit->ramp, accel, time_s) : 0.0f;
+    emit->along_mm += (double)(part * way_mm);
+    emit->path_mm_s = sqrtf(emit->y);
+    return time_s;
+}
+
 /* A part of a straight way on which the acceleration is the same. */
 struct stage {
     float end_mm; /* from the control point before */
@@ -102,7 +152,7 @@ static struct stage find_stage(const struct emit *emit, const struct piece *piec
     const struct piece *before = path_piece(&emit->plan->path, emit->plan->path.tail - 1);
     float begin_mm = before->tangent_mm, end_mm = piece->length_mm - piece->tangent_mm;
     float slow_mm = begin_mm + (before->tangent_mm > 0.0f ? before->near_mm : 0.0f);
-    float brake_mm = end_mm - (piece->tangent_mm > 0.0f ? piece->near_mm : 0.0f);
+    float brake_mm = end_mm - piece->near_mm;
     float along_mm = (float)emit->along_mm + tiny_mm,
           near_mm_s2 = emit->plan->path.near_part * piece->accel_mm_s2;
     if (slow_mm < brake_mm && along_mm < brake_mm) {
@@ -128,6 +178,12 @@ static float travel_line(struct emit *emit, float time_s) {
         end_line(emit, piece);
         return 0.0f;
     }
+    if (emit->plan->path.mean_s > 0.0f && emit->stop != AHEAD_STOP) {
+        const struct ramp_way way = find_way(emit, piece);
+        if (ramp_is_needed(&way, emit->ramp))
+            return travel_ramp(emit, &way, time_s);
+    }
+    emit->ramp = 0.0f;
     float way_mm = left_mm, y1 = y - two_a * left_mm;
     if (emit->hold || y > limit * (1.0f + 100.0f * ROUNDING)) {
         float target = emit->hold ? 0.0f : limit;

@@ -22,16 +22,17 @@
 #define STRAIGHT       1e-5f   /* sine of half a turn that is only rounding */
 #define FASTEST        2.0f    /* the largest override of the feed */
 #define REVERSAL       0.9995f /* ... of a turn with no way round */
+#define NO_TURN        1e-12f
 
-void path_set_limits(struct path *path, const struct motion_limits *limits, float part) {
+void path_set_limits(struct path *path, const struct motion_limits *limits, float part, float far) {
     path->axis_count = limits->axis_count;
-    path->near_part = part;
+    path->near_part = part / far;
     path->inverse_accel = path->inverse_far = path->inverse_rate = (vec){0};
     path->accel = (vec){0} + 1.0f; /* lanes without an axis limit nothing */
     for (unsigned ax = 0; ax < CORE_AXES; ax++) {
         path->accel[ax] = part * limits->accel_mm_s2[ax];
         path->inverse_accel[ax] = 1.0f / path->accel[ax];
-        path->inverse_far[ax] = 1.0f / limits->accel_mm_s2[ax];
+        path->inverse_far[ax] = 1.0f / (far * limits->accel_mm_s2[ax]);
         path->inverse_rate[ax] = 1.0f / limits->max_rate_mm_s[ax];
     }
 }
@@ -43,6 +44,11 @@ void path_set_shaper(struct path *path, const struct shaper *shaper, float near_
     path->spread = (vec){0};
     for (unsigned ax = 0; ax < CORE_AXES; ax++)
         path->spread[ax] = 0.5f * shaper_spread_s2(shaper, ax);
+}
+
+void path_set_jerk(struct path *path, float mean_s, float calm_part) {
+    path->mean_s = mean_s;
+    path->calm_part = calm_part;
 }
 
 void path_reset(struct path *path) {
@@ -229,17 +235,20 @@ static float far_mm_s2(const struct path *path, vec unit) {
 }
 
 /* The way in near_s from the blend at a knot, or towards it: at the greatest speed that its ends can have,
- * and as fast as it may change. */
+ * and as fast as it may change. With limited jerk a blend that hardly turns has one, too: at its ends other
+ * accelerations are possible. */
 static float near_mm(const struct path *path, const struct knot *k, const struct knot *after) {
-    if (path->near_s <= 0.0f || k->sine < STRAIGHT)
+    bool ramps = path->mean_s > 0.0f;
+    if (path->near_s <= 0.0f || (k->sine < STRAIGHT && !ramps))
         return 0.0f;
-    float turn = vec_most(vec_abs(k->turn) * path->inverse_accel);
+    float turn = max_f(vec_most(vec_abs(k->turn) * path->inverse_accel), NO_TURN);
     float asked_mm_s = FASTEST * max_f(k->info.asked_mm_s, after->info.asked_mm_s);
     float rate_mm_s =
         min_f(vec_limit_along(k->unit, path->inverse_rate), vec_limit_along(after->unit, path->inverse_rate));
-    float speed_mm_s = min_f(min_f(asked_mm_s, rate_mm_s), sqrtf(2.0f * k->tangent_mm / turn));
     float accel_mm_s2 = max_f(vec_limit_along(k->unit, path->inverse_accel),
                               vec_limit_along(after->unit, path->inverse_accel));
+    float bend_sq = 2.0f * k->tangent_mm / turn + (ramps ? 4.0f * accel_mm_s2 * k->tangent_mm : 0.0f);
+    float speed_mm_s = min_f(min_f(asked_mm_s, rate_mm_s), sqrtf(bend_sq));
     return (speed_mm_s + 0.5f * accel_mm_s2 * path->near_s) * path->near_s;
 }
 
@@ -274,6 +283,7 @@ static void blend(struct path *path, uint32_t index) {
         k->tangent_mm = 0.0f;
     float bend_mm_s = vec_limit_along(k->unit + 0.5f * k->turn, path->inverse_rate);
     float accel_mm_s2 = far_mm_s2(path, k->unit);
+    float stop_mm = 0.5f * path->near_part * accel_mm_s2 * path->mean_s * path->mean_s;
     struct piece *piece = path_piece(path, path->head++);
     *piece = (struct piece){.unit = k->unit,
                             .length_mm = k->length_mm,
@@ -282,7 +292,7 @@ static void blend(struct path *path, uint32_t index) {
                             .limit_sq = limit_mm_s * limit_mm_s,
                             .bend_sq = bend_mm_s * bend_mm_s,
                             .accel_mm_s2 = accel_mm_s2,
-                            .near_mm = k->tangent_mm > 0.0f ? near_mm(path, k, after) : 0.0f,
+                            .near_mm = k->tangent_mm > 0.0f ? near_mm(path, k, after) : stop_mm,
                             .line = k->info.line,
                             .note = k->info.note,
                             .units = k->info.units,

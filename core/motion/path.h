@@ -70,7 +70,7 @@ struct piece {
     float limit_sq;    /* (mm/s)^2 along the chord that the axis rates allow */
     float bend_sq;     /* the same in the middle of the blend */
     float accel_mm_s2; /* along the chord: every axis inside its limit */
-    float near_mm;     /* so much of both chords is next to the blend at its end */
+    float near_mm;     /* so much of both chords is next to the blend at its end; or of this one to a stop */
     float enter_y;     /* greatest y at the start of the straight part (motion/timing.h) */
     float blend_y;     /* ... at its end, where the blend begins */
     float middle_y;    /* ... in the middle of the blend */
@@ -96,6 +96,9 @@ struct path {
     float room_mm;
     float near_s;    /* this time before and after a bend is next to it ... */
     float near_part; /* ... where this part of accel_mm_s2 is used */
+    float
+        mean_s; /* of limited jerk, where it leaves more acceleration far from bends (motion/ramp.h); or 0 */
+    float calm_part; /* as near_part, between that and the rest */
     unsigned axis_count;
     /* knots */
     struct chord_wait wait;
@@ -128,8 +131,12 @@ static inline uint32_t path_pending(const struct path *path) {
     return path->newest - path->blended + (path->waits ? 1u : 0u);
 }
 
-/** @param part  of the accelerations, for bends and the straight ways next to them */
-void path_set_limits(struct path *path, const struct motion_limits *limits, float part);
+/** @param part  of the accelerations, for bends and the straight ways next to them
+ *  @param far  times the accelerations, on the rest of straight ways */
+void path_set_limits(struct path *path, const struct motion_limits *limits, float part, float far);
+
+/** After that: mean_s and calm_part. */
+void path_set_jerk(struct path *path, float mean_s, float calm_part);
 
 /** After that. @param near_s  how long before and after a bend is next to it
  *  @param room_mm  so far shaping may take the axes off the path */
@@ -137,8 +144,7 @@ void path_set_shaper(struct path *path, const struct shaper *shaper, float near_
 
 /** Length of a piece's straight way that is next to the blend before it and that at its end. */
 static inline float piece_near_mm(const struct piece *piece, const struct piece *before, float line_mm) {
-    float near_mm = (before->tangent_mm > 0.0f ? before->near_mm : 0.0f) +
-                    (piece->tangent_mm > 0.0f ? piece->near_mm : 0.0f);
+    float near_mm = (before->tangent_mm > 0.0f ? before->near_mm : 0.0f) + piece->near_mm;
     return min_f(near_mm, line_mm);
 }
 

@@ -8,7 +8,8 @@
  *
  *  - delays and weights for each axis, so that what its frame would still swing after each of the parts
  *    cancels: ZV, MZV, EI, two-hump EI (Singer and Seering 1990; Singhose 1994);
- *  - a mean over 2 A / J for all: the acceleration of a mean changes by at most 2 A in that time.
+ *  - a mean for all, over 2 A / J where accelerations of up to A follow each other as they like: that of a
+ * mean changes by at most 2 A in that time. Where there is more, it comes and goes in steps (motion/ramp.h).
  *
  * An axis with a shorter delay than another one waits for it: at constant speed no axis is ahead of the
  * others. What remains is half of the second moment of the weights times the acceleration, which is taken

@@ -71,6 +71,20 @@ static float greatest_start(const struct half *half, float most, float cap, bool
     return 1.0f / max_f(best, least);
 }
 
+/* With limited jerk gentle braking lasts for a mean_s next to a bend, so that way must take that long: at no
+ * more than this v^2 at its start; at its end: at no more than that. */
+static float gentle_start_sq(const struct path *path, const struct piece *piece, const struct piece *before) {
+    float by_mm_s = path->near_part * piece->accel_mm_s2 * path->mean_s;
+    float v_mm_s = before->near_mm / path->mean_s + 0.5f * by_mm_s;
+    return v_mm_s * v_mm_s;
+}
+
+static float gentle_end_sq(const struct path *path, const struct piece *piece) {
+    float by_mm_s = path->near_part * piece->accel_mm_s2 * path->mean_s;
+    float v_mm_s = piece->near_mm / path->mean_s - 0.5f * by_mm_s;
+    return v_mm_s * v_mm_s;
+}
+
 /* Both halves of the blend between a piece and its successor. What was found before was possible with a
  * slower successor, so it still is: nothing is ever lowered, however the search of the new values ended.
  * @return whether a faster successor would change nothing at its start */
@@ -84,7 +98,10 @@ static bool find_blend(const struct path *path, struct piece *piece, const struc
     piece->middle_y = max_f(piece->middle_y, middle_y);
     half.start = u0;
     half.end = u0 + 3.0f * du;
-    float blend_y = greatest_start(&half, piece->middle_y, min_f(cap, piece->bend_sq), &first_settled);
+    cap = min_f(cap, piece->bend_sq);
+    if (path->mean_s > 0.0f)
+        cap = min_f(cap, gentle_end_sq(path, piece));
+    float blend_y = greatest_start(&half, piece->middle_y, cap, &first_settled);
     piece->blend_y = max_f(piece->blend_y, blend_y);
     return first_settled || second_settled;
 }
@@ -117,6 +134,8 @@ static bool look(struct timing *timing, struct path *path) {
     float enter_y =
         piece->blend_y + 2.0f * piece->accel_mm_s2 * (path->near_part * near_mm + line_mm - near_mm);
     float enter_cap = before->tangent_mm > 0.0f ? min_f(cap, before->bend_sq) : cap;
+    if (path->mean_s > 0.0f && before->tangent_mm > 0.0f && near_mm < line_mm)
+        enter_cap = min_f(enter_cap, gentle_start_sq(path, piece, before));
     if (!pass->found && (settled || enter_y >= enter_cap)) {
         pass->found = true;
         pass->settled = i;

@@ -41,9 +41,9 @@ def chopped_circle(chord_mm: float, radius_mm: float = 20) -> str:
 
 def mean(jerk: float) -> tuple[float, float]:
     """What limited jerk makes of $11 (docs/motion.md, 9): the part k of the acceleration that is used, and the time T
-    of the mean. T = 2 k A / J with k^3 = 6 e J^2 / (|A| A^2), e a quarter of $11, |A| of three axes."""
+    of the mean. T = 2 k A / J with k^3 = 6 e J^2 / (|A| A^2), e half of $11, |A| of three axes."""
     norm = math.sqrt(3) * ACCEL_MM_S2
-    part = min(1.0, (6 * 0.25 * DEVIATION_MM * jerk**2 / (norm * ACCEL_MM_S2**2)) ** (1 / 3))
+    part = min(1.0, (6 * 0.5 * DEVIATION_MM * jerk**2 / (norm * ACCEL_MM_S2**2)) ** (1 / 3))
     return part, max(2 * part * ACCEL_MM_S2 / jerk, 0.002)
 
 
@@ -55,11 +55,15 @@ def test_no_axis_exceeds_its_jerk(host: Host, jerk: int, program: str) -> None:
     grain = 1 / (STEPS_PER_MM * window_s**2)  # one step
     _, accel, third = derivatives(host.run(program), window_s)
     assert np.abs(third).max() <= jerk + 4 * grain / window_s
-    assert np.abs(accel).max() <= ACCEL_MM_S2 + grain
+    assert np.abs(accel).max() <= ACCEL_MM_S2 + 2 * grain
+
+
+# From stop to stop, and back again: hardly any of these lines reaches its feed.
+SHORT = "G90G61G1F5000\n" + "".join(f"X{mm}\nX0\n" for mm in (0.01, 0.05, 0.1, 0.2, 0.4, 0.8)) + "G64\nX1Y0.1\nX0\nX1\n"
 
 
 @pytest.mark.parametrize("jerk", [5_000, 20_000, 100_000])
-@pytest.mark.parametrize("program", [zigzag(1, 8, 5.0), zigzag(2, 60, 0.5), chopped_circle(0.2, 4), "G0X8\n"])
+@pytest.mark.parametrize("program", [zigzag(1, 8, 5.0), zigzag(2, 60, 0.5), chopped_circle(0.2, 4), "G0X8\n", SHORT])
 def test_no_axis_exceeds_its_jerk_while_the_acceleration_changes(jerk: int, program: str) -> None:
     """The acceleration changes within T, a few ms: steps of 1/5000 mm can be differentiated over half of it. A window
     longer than T would see less jerk than there is."""
@@ -72,7 +76,8 @@ def test_no_axis_exceeds_its_jerk_while_the_acceleration_changes(jerk: int, prog
     host.close()
     grain = 1 / (fine * window_s**2)
     assert np.abs(third).max() <= jerk + 4 * grain / window_s
-    assert np.abs(accel).max() <= ACCEL_MM_S2 + 2 * grain
+    # Within one segment all axes share one ramp: docs/motion.md, 11.
+    assert np.abs(accel).max() <= 1.05 * ACCEL_MM_S2 + 2 * grain
 
 
 def test_without_it_a_line_begins_with_its_whole_acceleration(host: Host) -> None:
@@ -81,16 +86,56 @@ def test_without_it_a_line_begins_with_its_whole_acceleration(host: Host) -> Non
     assert np.abs(third).max() > 0.75 * ACCEL_MM_S2 / 0.02
 
 
-@pytest.mark.parametrize(("jerk", "length_mm"), [(100_000, 50.0), (50_000, 3.0), (500_000, 20.0)])
-def test_a_line_takes_its_trapezoid_and_the_time_of_the_mean(host: Host, jerk: int, length_mm: float) -> None:
-    """A trapezoid of k A, averaged over T."""
+def shortest_s(length_mm: float, accel: float, jerk: float, speed_mm_s: float) -> float:
+    """From rest to rest along an axis within these limits: the greatest jerk at all times, or none."""
+
+    def rise_s(v: float) -> float:
+        return 2 * math.sqrt(v / jerk) if v < accel**2 / jerk else v / accel + accel / jerk
+
+    low, high = 0.0, speed_mm_s
+    for _ in range(60):
+        v = (low + high) / 2
+        low, high = (v, high) if v * rise_s(v) <= length_mm else (low, v)
+    return 2 * rise_s(low) + (length_mm - low * rise_s(low)) / low
+
+
+@pytest.mark.parametrize("length_mm", [0.3, 1.0, 3.0, 20.0, 80.0])
+@pytest.mark.parametrize("jerk", [5_000, 20_000, 100_000, 1_000_000])
+def test_a_line_takes_hardly_longer_than_it_must(host: Host, jerk: int, length_mm: float) -> None:
+    """Steps of the acceleration up to 3kA, averaged, are a ramp of the greatest jerk."""
     host.settings(s40=jerk)
-    (part, mean_s), v = mean(jerk), 5000 / 60
-    accel = part * ACCEL_MM_S2
-    trapezoid_s = 2 * math.sqrt(length_mm / accel) if v * v / accel > length_mm else length_mm / v + v / accel
     run = host.run(f"G1X{length_mm}F5000\n")
     took_s = run.seconds()[-1] - run.seconds()[0]
-    assert trapezoid_s + mean_s - 0.03 < took_s < trapezoid_s + mean_s + 0.003  # its first step is late, its last early
+    best_s = shortest_s(length_mm, min(1.0, 3 * mean(jerk)[0]) * ACCEL_MM_S2, jerk, 5000 / 60)
+    assert best_s - 0.02 < took_s < 1.01 * best_s + 0.005  # its first step is late, its last early
+
+
+FEEDS = "G90G1F5000X10\nF1200X13\nF3000X16\nF60X16.2\nF5000X30Y2\nY2.02\nX29.98\nX10Y3F5000\nX9.5\nX9F4000\nX0Y0\n"
+
+
+@pytest.mark.parametrize("jerk", [5_000, 20_000, 100_000])
+@pytest.mark.parametrize("seed", range(3))
+def test_holds_and_overrides_keep_the_jerk(jerk: int, seed: int) -> None:
+    """The program has other feeds along a line, corners close to each other, and long ways."""
+    fine, rng = 5000.0, random.Random(seed)
+    host = Host(axes=3)
+    host.settings(**{name: value for name, value in BASELINE.items() if int(name[1:]) % 10 < 3})
+    host.settings(s100=fine, s101=fine, s102=fine, s11=DEVIATION_MM, s40=jerk)
+    host.start(FEEDS)
+    for _ in range(16 if seed else 0):
+        host.until(host.ticks() + round(rng.uniform(0.005, 0.3) * host.timer_hz))
+        host.put(rng.choice(["!", "~", "\x90", "\x91", "\x92", "\x96", "\x97", "~"]))
+    host.put("~\x90")
+    host.settle()
+    host.put("~")
+    run = host.settle()
+    host.close()
+    window_s = mean(jerk)[1] / 2
+    grain = 1 / (fine * window_s**2)
+    _, accel, third = derivatives(run, window_s, fine)
+    assert run.counted()[:2] == [0, 0] and run.counters.plan_unmet == 0
+    assert np.abs(third).max() <= jerk + 4 * grain / window_s
+    assert np.abs(accel).max() <= ACCEL_MM_S2 + 2 * grain
 
 
 @pytest.mark.parametrize("jerk", [2_000, 30_000, 1_000_000])

@@ -218,7 +218,7 @@ def planning(profile: Profile) -> int:
 
 def emission(profile: Profile) -> int:
     """From the path, in time, to segments."""
-    return cost_of(profile, "core/motion/emit.c", "core/motion/forward.c")
+    return cost_of(profile, *(f"core/motion/{room}.c" for room in ("emit", "forward", "ramp")))
 
 
 def reading(profile: Profile) -> int:

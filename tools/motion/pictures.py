@@ -82,7 +82,7 @@ def run(program: str, *settings: str) -> Steps:
     folder.mkdir(parents=True, exist_ok=True)
     job, trace = folder / "job.nc", folder / "trace"
     job.write_text(program)
-    argv = [str(driver), "-t", str(trace), str(job), *SETTINGS, *settings]
+    argv = [str(driver), "-t", str(trace), "3", str(job), *SETTINGS, *settings]
     done = subprocess.run(argv, capture_output=True, text=True, check=True)
     assert json.loads(done.stdout)["errors"] == 0
     steps = read_steps(trace, TIMER_HZ, np.full(3, float(STEPS_PER_MM)), len(SETTINGS) + len(settings))
