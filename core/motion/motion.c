@@ -161,7 +161,7 @@ bool motion_in_range(const struct motion *motion, const double target_mm[AXIS_CO
  */
 static float slack_mm(struct motion *motion) {
     (void)ahead_take_answer(&motion->ahead);
-    if (motion->plan.path.may_go_on)
+    if (motion->plan.path.may_go_on && plan_is_pending(&motion->plan))
         ahead_abandon(&motion->ahead);
     return motion->ahead.pending || motion->ahead.ends ? 0.0f : emit_slack_mm(&motion->emit);
 }

@@ -444,7 +444,8 @@ static uint32_t choose_branch(const struct ahead *ahead) {
 }
 
 bool ahead_open(struct ahead *ahead) {
-    ahead_abandon(ahead);
+    if (!ahead->ends || !ahead->open) /* the batch that opens it is made, however often this is asked */
+        ahead_abandon(ahead);
     if (!ahead->ends)
         return true;
     ahead->changed = ahead->changed || !ahead->open;

@@ -25,8 +25,8 @@ BUDGET = ROOT / "tests" / "budget" / "mips.json"
 SURFACE, CIRCLE = "surface", "chopped circle"
 LINES = {SURFACE: (relief, 500), CIRCLE: (chopped_circle, 2500)}
 LONGEST = {"motion_poll": 15_000, "prep_poll": 11_000}
-PER_BLOCK = {SURFACE: 33_000, CIRCLE: 2_200}
-PER_STEP = {SURFACE: 195, CIRCLE: 110}
+PER_BLOCK = {SURFACE: 32_000, CIRCLE: 2_200}
+PER_STEP = {SURFACE: 180, CIRCLE: 95}
 
 
 def write_jobs(folder: Path) -> dict[str, Path]:
