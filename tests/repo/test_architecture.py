@@ -30,7 +30,7 @@ def test_no_folder_is_named_that_is_gone() -> None:
 
 def milliseconds(name: str) -> int:
     """A constant of core/segment/ahead.h."""
-    match = re.search(rf"#define {name} (\d+)u", (ROOT / "core/segment/ahead.h").read_text(encoding="utf-8"))
+    match = re.search(rf"#define {name} +(\d+)u", (ROOT / "core/segment/ahead.h").read_text(encoding="utf-8"))
     assert match
     return int(match[1]) // 1000
 

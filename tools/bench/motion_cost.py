@@ -18,8 +18,9 @@ METHOD = """
 Motion, per block and per step, with its polls (1 ms): a surface in chords of 0.2 mm that bends in all axes, and a
 circle in chords of 0.016 mm, with the settings of examples/machines/baseline.toml. Planner and emission: core/motion
 and core/segment; spans: core/step/prep.c; with the library functions that they call. Longest calls: of motion_poll(),
-which makes batches in portions, and of prep_poll(), which cuts them. Here by callgrind, on MIPS by QEMU's user mode with
-a plugin that counts (tools/mips/count.py): -Os as the firmware, 4 axes; without the step interrupt (make bench-chip)."""
+which makes batches in portions, and of prep_poll(), which cuts them. Here by callgrind, on MIPS by QEMU's user mode
+with a plugin that counts (tools/mips/count.py): -Os as the firmware, 4 axes; the step interrupt is counted by
+make bench-chip."""
 
 BUDGET = ROOT / "tests" / "budget" / "mips.json"
 SURFACE, CIRCLE = "surface", "chopped circle"
