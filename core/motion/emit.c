@@ -3,24 +3,22 @@
 
 #include "base/debug.h"
 #include "motion/emit_place.h"
+#include "motion/emit_stop.h"
 #include "motion/forward.h"
 
 #include <math.h>
 #include <string.h>
 
-#define LINE_SAMPLE_S 0.004f  /* of a segment, on a straight part that continues for longer */
-#define MIN_SAMPLE_S  0.0002f /* where the acceleration changes */
-#define REST_NS       1000u   /* less of it at the end of a sample is rounding */
-#define GEAR_SAMPLE_S 0.002f  /* of motion that follows the spindle */
-#define ENOUGH_MM     0.5f  /* and a little more than the way to a stop: no more of the path is needed yet */
-#define SLACK_USED    1.01f /* of the way to a stop, for rounding */
-#define MAX_DWELL_NS  20000000u /* of one dwell segment */
-#define STOP_FIRST    1.0f      /* usual samples: the first one of a stop ... */
-#define STOP_SAMPLES  96.0f     /* ... or a stop has so many of them */
-#define STOP_SAMPLE_S 0.03f     /* they grow to this, or in a stop that takes long to a part of it: */
-#define STOP_LONGEST  48.0f
-#define STOP_DOUBLE   48u   /* samples: after each so many they are twice as long */
-#define END_S         0.05f /* and so much: the end of the path is the stop */
+#define LINE_SAMPLE_S  0.004f  /* of a segment, on a straight part that continues for longer */
+#define MIN_SAMPLE_S   0.0002f /* where the acceleration changes */
+#define REST_NS        1000u   /* less of it at the end of a sample is rounding */
+#define GEAR_SAMPLE_S  0.002f  /* of motion that follows the spindle */
+#define ENOUGH_MM      0.5f  /* and a little more than the way to a stop: no more of the path is needed yet */
+#define SLACK_USED     1.01f /* of the way to a stop, for rounding */
+#define MAX_DWELL_NS   20000000u /* of one dwell segment */
+#define END_S          0.05f     /* and so much: the end of the path is the stop */
+#define PORTION        5u /* segments of a batch that one poll makes, and of motion that a shaper makes */
+#define PORTION_SHAPED 2u
 
 void emit_init(struct emit *emit, struct plan *plan, struct ahead *ahead) {
     *emit = (struct emit){.plan = plan, .ahead = ahead};
@@ -243,33 +241,21 @@ static bool is_other(const struct piece *a, const struct piece *b) {
     return a->flags != b->flags || a->note != b->note;
 }
 
-/* A stop that only a late task needs is made for each batch, so it has few segments: they grow as it
- * slows down, and their chords leave a curve by less than the first one's. Where it takes long to slow down
- * they grow all the same, because the stop must fit into a batch. */
-static float longer(const struct emit *emit, float time_s) {
-    if (emit->stop != AHEAD_STOP || emit->v_mm_s <= 0.0f)
-        return time_s;
-    float longer_s = emit->stop_first_s * sqrtf(emit->stop_v_mm_s / emit->v_mm_s);
-    for (uint32_t made = emit->stop_samples; made > STOP_DOUBLE; made -= STOP_DOUBLE)
-        longer_s *= 2.0f;
-    return max_f(time_s, min_f(longer_s, emit->stop_most_s));
-}
-
 static float sample_s(const struct emit *emit, const struct piece *piece) {
     bool stops = emit->stop != AHEAD_GO;
     float line_s = stops ? emit->stop_most_s : LINE_SAMPLE_S;
     float left_mm = piece->length_mm - piece->tangent_mm - (float)emit->along_mm;
     float longest_mm = (emit->v_mm_s + (stops ? 0.0f : piece->accel_mm_s2 * line_s)) * line_s;
-    if (!emit->on_blend && left_mm > 1.5f * longest_mm)
-        return line_s;
-    return longer(emit, emit->plan->curve_s);
+    if (emit->stop == AHEAD_STOP)
+        return emit_stop_sample_s(emit);
+    return !emit->on_blend && left_mm > 1.5f * longest_mm ? line_s : emit->plan->curve_s;
 }
 
 /* Travel for one sample, or to a stop, or to where another kind of motion begins. @return s */
 static float travel_sample(struct emit *emit, const struct piece *piece) {
     float most_s = sample_s(emit, path_piece(&emit->plan->path, emit->plan->path.tail)), time_s = 0.0f;
     while (time_s < most_s) {
-        if (!plan_is_timed(emit->plan, 0))
+        if (emit->stop == AHEAD_GO && !emit->hold && !plan_is_timed(emit->plan, 0))
             (void)plan_time(emit->plan, UINT32_MAX);
         float asked_s = most_s - time_s, took_s = travel(emit, asked_s);
         time_s += took_s;
@@ -277,11 +263,12 @@ static float travel_sample(struct emit *emit, const struct piece *piece) {
             break;
         if (is_other(piece, travel_piece(emit)))
             break;
-        if (!emit->on_blend && took_s < asked_s) { /* the acceleration changes here */
-            bool coarse = emit->stop == AHEAD_STOP && emit->stop_samples > STOP_DOUBLE;
-            if (time_s > (coarse ? 0.5f * most_s : MIN_SAMPLE_S))
+        if (emit->stop == AHEAD_STOP)
+            most_s = min_f(most_s, emit_stop_sample_s(emit));
+        else if (!emit->on_blend && took_s < asked_s) { /* the acceleration changes here */
+            if (time_s > MIN_SAMPLE_S)
                 break;
-            most_s = coarse ? most_s : emit->plan->curve_s;
+            most_s = emit->plan->curve_s;
         }
     }
     return time_s;
@@ -292,7 +279,7 @@ static float travel_time(struct emit *emit, float time_s) {
     const struct path *path = &emit->plan->path;
     float left_s = time_s;
     while (left_s > 0.0f && !travel_ends(emit)) {
-        if (!plan_is_timed(emit->plan, 0))
+        if (emit->stop == AHEAD_GO && !emit->hold && !plan_is_timed(emit->plan, 0))
             (void)plan_time(emit->plan, UINT32_MAX);
         left_s -= travel(emit, left_s);
         if (!emit->entered && (path->pieces[(path->tail - 1) & (PLAN_SIZE - 1)].flags & PIECE_STOP) != 0)
@@ -434,7 +421,8 @@ static void set_shaped(struct emit *emit, struct segment *segment) {
 
 /* A sample of the path, and where the axes are after it. */
 static void make_shaped(struct emit *emit, struct segment *segment) {
-    float took_s, time_s = longer(emit, emit->shaper->sample_s), v0 = emit->v_mm_s, path_v0 = emit->path_mm_s;
+    float took_s, time_s = emit_stop_longer_s(emit, emit->shaper->sample_s), v0 = emit->v_mm_s,
+                  path_v0 = emit->path_mm_s;
     int64_t at[SHAPER_LANES];
     memcpy(at, emit->history.now.in, sizeof at);
     const struct piece *piece = travel_shaped(emit, at, &time_s, &took_s);
@@ -471,7 +459,8 @@ static void find_geared(const struct emit *emit, int64_t at[CORE_AXES]) {
 static void make_geared(struct emit *emit, struct segment *segment) {
     struct gear *gear = &emit->gear;
     bool shaped = shaper_is_on(emit->shaper), waits = gear->phase == GEAR_WAITS;
-    float asked_s = shaped ? emit->shaper->sample_s : longer(emit, GEAR_SAMPLE_S), v0 = fabsf(gear->v_mm_s);
+    float asked_s = shaped ? emit->shaper->sample_s : emit_stop_longer_s(emit, GEAR_SAMPLE_S),
+          v0 = fabsf(gear->v_mm_s);
     double time_s = gear_sample(gear, &emit->spindle, asked_s, shaped, emit->now_us);
     uint32_t ns = duration_ns(emit, (float)time_s);
     segment->line = gear->path.line;
@@ -570,35 +559,39 @@ static bool ends_soon(const struct emit *emit) {
     return !gear_is_on(&emit->gear) && !goes_on && is_near_end(emit, 3.0f, END_S * emit->v_mm_s);
 }
 
-/* How long segments of the stop from the present speed are. */
-static void fit_stop(struct emit *emit) {
-    struct plan *plan = emit->plan;
-    float v_mm_s = max_f(emit->v_mm_s, 1e-3f), steps_per_mm = 1.0f,
-          stop_s = (float)emit->shaper->window_ns * 1e-9f;
-    for (unsigned ax = 0; ax < plan->limits.axis_count; ax++)
-        steps_per_mm = max_f(steps_per_mm, plan->limits.steps_per_mm[ax]);
-    if (path_count(&plan->path) > 0)
-        stop_s += v_mm_s / (plan->path.near_part * path_piece(&plan->path, plan->path.tail)->accel_mm_s2);
-    float most_s = 0.9f * (float)SEGMENT_MAX_STEPS / (v_mm_s * steps_per_mm);
-    float usual_s = shaper_is_on(emit->shaper) ? emit->shaper->sample_s : plan->curve_s;
-    emit->stop_v_mm_s = emit->v_mm_s;
-    emit->stop_first_s = min_f(max_f(STOP_FIRST * usual_s, stop_s / STOP_SAMPLES), most_s);
-    emit->stop_most_s = min_f(max_f(STOP_SAMPLE_S, stop_s / STOP_LONGEST), most_s);
+static void go_on(void *ctx, enum ahead_stop how) {
+    struct emit *emit = ctx;
+    emit->stop = how;
+    emit->hold = how == AHEAD_STOP || emit->hold_asked;
 }
 
 static bool stop(void *ctx, enum ahead_stop how) {
     struct emit *emit = ctx;
-    fit_stop(emit);
-    emit->stop = how;
-    emit->stop_samples = 0;
-    emit->hold = how == AHEAD_STOP || emit->hold_asked;
+    emit_stop_begin(emit);
+    go_on(emit, how);
     if (how == AHEAD_STOP)
         gear_brake(&emit->gear);
     return how != AHEAD_END || ends_soon(emit);
 }
 
+/* What follows the spindle is made whole: the spindle turns meanwhile. */
+static uint32_t portion(const void *ctx) {
+    const struct emit *emit = ctx;
+    if (gear_is_on(&emit->gear))
+        return UINT32_MAX;
+    return shaper_is_on(emit->shaper) ? PORTION_SHAPED : PORTION;
+}
+
 bool emit_claim(struct emit *emit) {
-    static const struct ahead_source source = {make, rests,     reach_us,  news,
-                                               stop, emit_save, emit_load, emit_release};
+    static const struct ahead_source source = {.make = make,
+                                               .rests = rests,
+                                               .reach_us = reach_us,
+                                               .news = news,
+                                               .stop = stop,
+                                               .portion = portion,
+                                               .go_on = go_on,
+                                               .save = emit_save,
+                                               .load = emit_load,
+                                               .release = emit_release};
     return ahead_claim(emit->ahead, AHEAD_PLANNER, &source, emit);
 }

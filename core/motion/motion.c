@@ -25,7 +25,6 @@ static void plan_reset(struct plan *plan, const int32_t position_steps[AXIS_COUN
     power_reset(&plan->power);
     plan->timing.known = plan->timing.settled = 0;
     plan->timing.pass.runs = false;
-    plan->timing.asked = 0;
 }
 
 /* How far a point that is left out may lie from the chord: points are rounded when they are written, and what
@@ -139,7 +138,7 @@ void motion_init(struct motion *motion, const struct motion_limits *limits, uint
     const int32_t zero[AXIS_COUNT] = {0};
     motion->plan = (struct plan){.look_ahead = look_ahead, .power.most = laser_marks};
     motion->newest_us = motion->oldest_us = 0;
-    motion->waits = false;
+    motion->waits = motion->works = false;
     motion->queue.published = motion->queue.answered = 0;
     ahead_init(&motion->ahead, &motion->queue);
     emit_init(&motion->emit, &motion->plan, &motion->ahead);
@@ -162,6 +161,8 @@ bool motion_in_range(const struct motion *motion, const double target_mm[AXIS_CO
  */
 static float slack_mm(struct motion *motion) {
     (void)ahead_take_answer(&motion->ahead);
+    if (motion->plan.path.may_go_on && plan_is_pending(&motion->plan))
+        ahead_abandon(&motion->ahead);
     return motion->ahead.pending || motion->ahead.ends ? 0.0f : emit_slack_mm(&motion->emit);
 }
 
@@ -243,35 +244,37 @@ static void plan_more(struct motion *motion, uint32_t now_us) {
         plan_close(plan);
 }
 
-/* Pieces that one poll looks at; where motion is needed soon, all. And those that the next batch may need. */
-#define PIECES_AT_ONCE 8u
+/* Pieces that one poll looks at, and those that the next batch may need. */
+#define PIECES_AT_ONCE 6u
 #define PIECES_AHEAD   32u
 
-/* The plan's timing is as good as it can be, or must do. */
+/* The plan's timing is as good as it can be, or must do: a hold does not need it, and where motion is needed
+ * now the emitter itself looks at all the rest. @return false: call again */
 static bool is_timed(struct motion *motion) {
-    struct timing *timing = &motion->plan.timing;
-    if (timing->asked == motion->plan.path.head && !timing->pass.runs && !timing->whole &&
-        !motion->plan.path.changed)
-        return true;
-    timing->asked = motion->plan.path.head;
     if (plan_is_timed(&motion->plan, PIECES_AHEAD))
         return true;
     bool rests = rests_at_place(&motion->emit) && !motion->ahead.pending;
-    bool soon = !rests && (motion->emit.hold || ahead_left_us(&motion->ahead) < (int32_t)(AHEAD_NEAR_US / 2));
-    return soon || plan_time(&motion->plan, PIECES_AT_ONCE);
+    if (!rests && (motion->emit.hold || ahead_left_us(&motion->ahead) < (int32_t)AHEAD_BRANCH_US))
+        return true;
+    (void)plan_time(&motion->plan, PIECES_AT_ONCE);
+    return false;
 }
 
 bool motion_poll(struct motion *motion, uint32_t now_us) {
     struct emit *emit = &motion->emit;
     emit->now_us = now_us;
-    emit->waits = motion->waits = is_waiting(motion, now_us);
+    motion->works = false;
+    emit->waits = motion->waits = !ahead_is_making(&motion->ahead) && is_waiting(motion, now_us);
     if (!emit->waits)
         plan_more(motion, now_us);
     if (motion->ahead.owner != AHEAD_PLANNER && (emit_is_idle(emit) || emit_is_held(emit)))
         return false;
-    if (!is_timed(motion))
+    motion->works = !is_timed(motion);
+    if (motion->works)
         return true;
-    return emit_claim(emit) && ahead_poll(&motion->ahead);
+    bool any = emit_claim(emit) && ahead_poll(&motion->ahead);
+    motion->works = ahead_is_making(&motion->ahead);
+    return any;
 }
 
 void motion_hold(struct motion *motion) {

@@ -24,6 +24,7 @@ struct motion {
     uint32_t newest_us;         /* when the newest move came */
     uint32_t oldest_us;         /* when the first move came to an empty plan */
     bool waits; /* at rest, with moves that wait for more: ask again within MOTION_START_DELAY_US */
+    bool works; /* poll again immediately: the plan is being timed, or a batch is half made */
 };
 
 /** At rest at step position 0. @param look_ahead  pieces of path, 32 .. PLAN_SIZE @param laser_marks  changes

@@ -169,6 +169,12 @@ void power_segment(const struct power *power, struct power_place *place, const s
         length += lead_units(way, beam->rise_s);
     if ((int32_t)length < 0) /* rounding of a float at the end of a piece, or a lead that shrinks */
         length = 0;
+    segment->power_first = (uint8_t)queue->power_count;
+    if (!beam->on &&
+        place->mark + 1 == power->head) { /* dark, and no mark comes before the end of the path */
+        place->at += length;
+        return;
+    }
     float least = min_f(max_f(step_part(segment), LEAST_S / way->time_s), 1.0f);
     struct writer writer = {.way = way,
                             .beam = beam,
@@ -176,7 +182,6 @@ void power_segment(const struct power *power, struct power_place *place, const s
                             .segment = segment,
                             .length = length,
                             .least = (uint32_t)(least * (float)length)};
-    segment->power_first = (uint8_t)queue->power_count;
     if (way->v0 == 0.0f)
         pass_marks_at_rest(power, place);
     if (way->coarse || length == 0 || (segment->flags & SEGMENT_CUT) == 0)

@@ -38,7 +38,6 @@ struct timing {
     uint32_t settled;        /* whatever follows, enter_y of this piece, and all before, stays as it is */
     bool whole;              /* limits changed: what is known is not the greatest, or more than that */
     struct timing_pass pass;
-    uint32_t asked; /* pieces when a poll asked whether it is time for a pass */
     uint32_t unmet; /* times the forward pass could not follow within the axes' limits; a fault if not 0 */
 };
 

@@ -49,6 +49,7 @@ void ahead_reset(struct ahead *ahead) {
     ahead->full_us = AHEAD_FULL_US;
     ahead->pending = ahead->changed = ahead->changing = ahead->soft = ahead->passed = false;
     ahead->noted = ahead->spare = ahead->crowded = ahead->ends = ahead->open = false;
+    ahead->batch.stage = AHEAD_NO_BATCH;
     ahead->owner = AHEAD_NOBODY;
     ahead->source = NULL;
 }
@@ -60,7 +61,8 @@ static bool rests_at_commit(const struct ahead *ahead) {
 bool ahead_claim(struct ahead *ahead, enum ahead_owner owner, const struct ahead_source *source, void *ctx) {
     if (ahead->owner == owner)
         return true;
-    if (segment_queue_is_pending(ahead->queue) || ahead->pending || !rests_at_commit(ahead))
+    if (segment_queue_is_pending(ahead->queue) || ahead->pending || ahead_is_making(ahead) ||
+        !rests_at_commit(ahead))
         return false;
     /* Only the place at which the owner before has come to rest; its other marks have states of another
      * source. */
@@ -123,29 +125,41 @@ static uint32_t mark_ahead(const struct ahead *ahead, int32_t ahead_us) {
 /* Those that the step interrupt has passed; what only they needed is released. */
 static void forget_passed(struct ahead *ahead) {
     uint32_t oldest = ahead->commit;
+    int32_t next_us = INT32_MAX;
     ahead->passed = true;
-    ahead->passed_us = now_us(ahead);
     for (uint32_t i = 0; i < QUEUE_MARKS; i++) {
         struct ahead_mark *mark = &ahead->marks[i];
         if (!mark->used)
             continue;
-        if (after_now_us(ahead, mark->us) < 0 && i != ahead->commit && mark->us != ahead->end_us)
+        int32_t left_us = after_now_us(ahead, mark->us);
+        bool stays = i == ahead->commit || mark->us == ahead->end_us;
+        if (left_us < 0 && !stays) {
             mark->used = false;
-        else if ((int32_t)(mark->us - ahead->marks[oldest].us) < 0)
+            continue;
+        }
+        if (!stays && left_us < next_us)
+            next_us = left_us;
+        if ((int32_t)(mark->us - ahead->marks[oldest].us) < 0)
             oldest = i;
     }
+    ahead->next_us = now_us(ahead) + (uint32_t)next_us;
     ahead->source->release(ahead->ctx, oldest);
 }
 
 /* ---- answers ---- */
 
-/* The newest batch does not count: what was in force before it still is. */
-static void withdraw(struct ahead *ahead, enum queue_answer answer) {
+/* The marks of a batch that will not be in force. */
+static void forget_fresh(struct ahead *ahead) {
     ahead->passed = false;
     for (uint32_t i = 0; i < QUEUE_MARKS; i++) {
         ahead->marks[i].used = ahead->marks[i].used && !ahead->marks[i].fresh;
         ahead->marks[i].fresh = false;
     }
+}
+
+/* The newest batch does not count: what was in force before it still is. */
+static void withdraw(struct ahead *ahead, enum queue_answer answer) {
+    forget_fresh(ahead);
     ahead->commit = ahead->commit_before;
     ahead->end_us = ahead->end_us_before;
     ahead->ends = ahead->ends_before;
@@ -187,86 +201,85 @@ static struct segment *next_slot(struct ahead *ahead) {
 }
 
 /* @return false: nothing comes now */
-static bool put_segment(struct ahead *ahead, uint32_t *at_us) {
+static bool put_segment(struct ahead *ahead) {
+    struct ahead_batch *batch = &ahead->batch;
     struct segment *segment = next_slot(ahead);
     if (!ahead->source->make(ahead->ctx, segment))
         return false;
-    *at_us += (segment->duration_ns + 999u) / 1000u;
-    segment->end_us = *at_us;
+    batch->at_us += (segment->duration_ns + 999u) / 1000u;
+    segment->end_us = batch->at_us;
     ahead->queue->count++;
+    batch->left--;
     return true;
 }
 
-/* @return motion time at the end */
-static uint32_t put_committed(struct ahead *ahead, uint32_t at_us) {
-    uint32_t marked_us = at_us;
+/* @return false: the portion is over */
+static bool put_committed(struct ahead *ahead) {
+    struct ahead_batch *batch = &ahead->batch;
     ahead->soft = false;
     while (ahead->queue->count < COMMIT_MAX && ahead->queue->power_count < COMMIT_POWER &&
-           after_now_us(ahead, at_us) < (int32_t)ahead->full_us) {
+           after_now_us(ahead, batch->at_us) < (int32_t)ahead->full_us) {
         uint32_t reach_us = ahead->source->reach_us(ahead->ctx);
-        if (after_now_us(ahead, at_us) >= (int32_t)reach_us) {
+        if (after_now_us(ahead, batch->at_us) >= (int32_t)reach_us) {
             ahead->soft = reach_us < AHEAD_FULL_US;
             break;
         }
-        if (!put_segment(ahead, &at_us))
+        if (batch->left == 0)
+            return false;
+        if (!put_segment(ahead))
             break;
-        if (at_us - marked_us >= MARK_US && put_mark(ahead, at_us, false, false) < QUEUE_MARKS)
-            marked_us = at_us;
+        if (batch->at_us - batch->marked_us >= MARK_US &&
+            put_mark(ahead, batch->at_us, false, false) < QUEUE_MARKS)
+            batch->marked_us = batch->at_us;
     }
-    return at_us;
+    return true;
 }
 
 /* Segments until the source rests, no longer than this and no more of them in the batch.
- * @return false: it does not fit */
-static bool put_until_rest(struct ahead *ahead, uint32_t at_us, uint32_t most_us, uint32_t most_count) {
-    uint32_t begin_us = at_us, marked_us = at_us, every_us = STOP_MARK_US;
-    while (!ahead->source->rests(ahead->ctx) && ahead->queue->count < most_count &&
-           at_us - begin_us < most_us && put_segment(ahead, &at_us)) {
-        if (at_us - marked_us < every_us || ahead->source->rests(ahead->ctx))
+ * @return false: the portion is over; *rests: it does not fit, if this is false */
+static bool put_until_rest(struct ahead *ahead, uint32_t most_us, uint32_t most_count, bool *rests) {
+    const struct ahead_source *source = ahead->source;
+    struct ahead_batch *batch = &ahead->batch;
+    while (!source->rests(ahead->ctx) && ahead->queue->count < most_count &&
+           batch->at_us - batch->commit_us < most_us) {
+        if (batch->left == 0)
+            return false;
+        if (!put_segment(ahead))
+            break;
+        if (batch->at_us - batch->marked_us < batch->every_us || source->rests(ahead->ctx))
             continue;
-        (void)put_mark(ahead, at_us, false, true);
-        marked_us = at_us;
-        every_us *= 2;
+        (void)put_mark(ahead, batch->at_us, false, true);
+        batch->marked_us = batch->at_us;
+        batch->every_us *= 2;
     }
-    bool rests = ahead->source->rests(ahead->ctx);
-    if (rests && at_us != begin_us)
-        (void)put_mark(ahead, at_us, true, true);
-    ahead->end_us = at_us;
-    return rests;
+    *rests = source->rests(ahead->ctx);
+    if (*rests && batch->at_us != batch->commit_us)
+        (void)put_mark(ahead, batch->at_us, true, true);
+    return true;
 }
 
-static void drop_stop(struct ahead *ahead, uint32_t count) {
+static void drop_stop(struct ahead *ahead) {
     for (uint32_t i = 0; i < QUEUE_MARKS; i++)
         ahead->marks[i].used = ahead->marks[i].used && !(ahead->marks[i].fresh && ahead->marks[i].stops);
-    ahead->queue->count = count;
+    ahead->queue->count = ahead->batch.commit_count;
 }
 
-/* The stop after the committed part: the end of what is planned, if that is near, or the shortest one.
- * @return false: it does not fit */
-static bool put_stop(struct ahead *ahead, uint32_t at_us) {
-    const struct ahead_source *source = ahead->source;
-    uint32_t count = ahead->queue->count;
-    bool rests = !ahead->spare && !ahead->open && source->stop(ahead->ctx, AHEAD_END) &&
-                 put_until_rest(ahead, at_us, END_MAX_US, count + END_MAX);
-    ahead->ends = rests;
-    if (!rests) {
-        drop_stop(ahead, count);
-        source->load(ahead->ctx, ahead->commit, AHEAD_UNDO);
-        (void)source->stop(ahead->ctx, AHEAD_STOP);
-        rests = put_until_rest(ahead, at_us, UINT32_MAX, SEGMENT_QUEUE_SIZE);
-    }
-    (void)source->stop(ahead->ctx, AHEAD_GO);
-    source->load(ahead->ctx, ahead->commit, AHEAD_UNDO);
-    return rests;
+/* The stop after the committed part begins. @return false: there is no such stop */
+static bool begin_stop(struct ahead *ahead, enum ahead_stop how) {
+    struct ahead_batch *batch = &ahead->batch;
+    batch->stage = how == AHEAD_END ? AHEAD_ENDS : AHEAD_STOPS;
+    batch->at_us = batch->marked_us = batch->commit_us;
+    batch->every_us = STOP_MARK_US;
+    return ahead->source->stop(ahead->ctx, how);
 }
 
 /* Nothing follows the branch, but something did. */
-static void put_rest(struct ahead *ahead, uint32_t *at_us) {
+static void put_rest(struct ahead *ahead) {
     struct segment *segment = next_slot(ahead);
     segment->duration_ns = REST_NS;
     segment->flags = SEGMENT_DWELL | SEGMENT_LAST;
-    *at_us += REST_NS / 1000u;
-    segment->end_us = *at_us;
+    ahead->batch.at_us += REST_NS / 1000u;
+    segment->end_us = ahead->batch.at_us;
     ahead->queue->count++;
 }
 
@@ -284,35 +297,135 @@ static uint32_t commit_mark(struct ahead *ahead, uint32_t at_us) {
     return mark != 0 ? mark - 1u : put_mark(ahead, at_us, true, false);
 }
 
-/* From the branch, where the source's state is. @return false: it does not fit, and nothing has happened */
-static bool publish(struct ahead *ahead) {
+/* A batch from the branch, where the source's state is. */
+static void begin_batch(struct ahead *ahead) {
     struct segment_queue *queue = ahead->queue;
-    uint32_t at_us = ahead->marks[ahead->branch].us;
-    bool ends_there = at_us == ahead->end_us;
-    ahead->commit_before = ahead->commit;
-    ahead->end_us_before = ahead->end_us;
-    ahead->ends_before = ahead->ends;
-    ahead->ends = false;
+    struct ahead_batch *batch = &ahead->batch;
     ahead->news = ahead->source->news(ahead->ctx);
     ahead->changing = ahead->changed;
     ahead->changed = false;
     queue->count = queue->power_count = 0;
     queue->from = ahead->branch;
-    at_us = put_committed(ahead, at_us);
-    bool rests = ahead->source->rests(ahead->ctx);
-    if (queue->count == 0 && rests && !ends_there)
-        put_rest(ahead, &at_us);
-    /* Before the stop is made: put_stop() moves the source on, and returns it to this state. */
-    ahead->commit = commit_mark(ahead, at_us);
-    ahead->end_us = at_us;
-    if (!rests && !put_stop(ahead, at_us)) {
+    batch->stage = AHEAD_COMMITS;
+    batch->at_us = batch->marked_us = ahead->marks[ahead->branch].us;
+    batch->work = QUEUE_MARKS;
+}
+
+/* The committed part is made. @return false: it ends at rest, and there is no stop to be made */
+static bool end_committed(struct ahead *ahead) {
+    struct ahead_batch *batch = &ahead->batch;
+    bool rests = ahead->source->rests(ahead->ctx), ends_there = batch->at_us == ahead->end_us;
+    if (ahead->queue->count == 0 && rests && !ends_there)
+        put_rest(ahead);
+    /* Before the stop is made, which moves the source on. */
+    batch->commit = (uint8_t)commit_mark(ahead, batch->at_us);
+    batch->commit_us = batch->at_us;
+    batch->commit_count = (uint8_t)ahead->queue->count;
+    return !rests;
+}
+
+/* The source is in the state at the end of the committed part. @return false: it does not fit, and nothing
+ * has happened */
+static bool publish(struct ahead *ahead, bool fits) {
+    struct ahead_batch *batch = &ahead->batch;
+    ahead->commit_before = ahead->commit;
+    ahead->end_us_before = ahead->end_us;
+    ahead->ends_before = ahead->ends;
+    ahead->commit = batch->commit;
+    ahead->end_us = batch->at_us;
+    ahead->ends = fits && batch->stage == AHEAD_ENDS;
+    batch->stage = AHEAD_NO_BATCH;
+    if (!fits) {
         withdraw(ahead, QUEUE_LARGE);
         return false;
     }
-    ahead->pending = queue->count > 0;
+    ahead->pending = ahead->queue->count > 0;
     if (ahead->pending)
-        segment_queue_publish(queue);
+        segment_queue_publish(ahead->queue);
     return true;
+}
+
+/* The stop after the committed part: the end of what is planned, if that is near, or the shortest one.
+ * @return false: the portion is over */
+static bool put_stop(struct ahead *ahead, bool *fits) {
+    const struct ahead_source *source = ahead->source;
+    struct ahead_batch *batch = &ahead->batch;
+    if (batch->stage == AHEAD_ENDS) {
+        if (!put_until_rest(ahead, END_MAX_US, batch->commit_count + END_MAX, fits))
+            return false;
+        if (!*fits) {
+            drop_stop(ahead);
+            source->load(ahead->ctx, batch->commit, AHEAD_UNDO);
+            (void)begin_stop(ahead, AHEAD_STOP);
+        }
+    }
+    if (batch->stage == AHEAD_STOPS && !put_until_rest(ahead, UINT32_MAX, SEGMENT_QUEUE_SIZE, fits))
+        return false;
+    (void)source->stop(ahead->ctx, AHEAD_GO);
+    source->load(ahead->ctx, batch->commit, AHEAD_UNDO);
+    return true;
+}
+
+/* As much of the batch as this portion may have. @return false: more is to be made */
+static bool make_portion(struct ahead *ahead, bool *fits) {
+    struct ahead_batch *batch = &ahead->batch;
+    if (batch->stage == AHEAD_COMMITS) {
+        if (!put_committed(ahead))
+            return false;
+        *fits = true;
+        if (!end_committed(ahead))
+            return true;
+        bool ends = !ahead->spare && !ahead->open && begin_stop(ahead, AHEAD_END);
+        if (!ends) {
+            ahead->source->load(ahead->ctx, batch->commit, AHEAD_UNDO);
+            (void)begin_stop(ahead, AHEAD_STOP);
+        }
+    }
+    return put_stop(ahead, fits);
+}
+
+static enum ahead_stop stop_of(uint8_t stage) {
+    return stage == AHEAD_ENDS ? AHEAD_END : stage == AHEAD_STOPS ? AHEAD_STOP : AHEAD_GO;
+}
+
+/* Until the next portion the source is where it was before the batch. @return false: there is no place to
+ * keep its state */
+static bool pause_batch(struct ahead *ahead) {
+    uint32_t place;
+    if (free_places(ahead, &place) == 0)
+        return false;
+    ahead->batch.work = (uint8_t)place;
+    ahead->source->save(ahead->ctx, place);
+    ahead->source->go_on(ahead->ctx, AHEAD_GO);
+    ahead->source->load(ahead->ctx, ahead->commit, AHEAD_UNDO);
+    return true;
+}
+
+/* @return something was done */
+static bool carry_on(struct ahead *ahead) {
+    struct ahead_batch *batch = &ahead->batch;
+    bool fits = false;
+    batch->left = ahead->source->portion(ahead->ctx);
+    if (batch->work < QUEUE_MARKS) {
+        ahead->source->load(ahead->ctx, batch->work, AHEAD_UNDO);
+        ahead->source->go_on(ahead->ctx, stop_of(batch->stage));
+        batch->work = QUEUE_MARKS;
+    }
+    while (!make_portion(ahead, &fits)) {
+        if (pause_batch(ahead))
+            return true;
+        batch->left = UINT32_MAX;
+    }
+    bool returns = ahead->branch != ahead->commit; /* which may be all: the stop was the end of the job */
+    return publish(ahead, fits) && (returns || ahead->pending);
+}
+
+void ahead_abandon(struct ahead *ahead) {
+    if (!ahead_is_making(ahead))
+        return;
+    forget_fresh(ahead);
+    ahead->changed = ahead->changed || ahead->changing;
+    ahead->batch.stage = AHEAD_NO_BATCH;
 }
 
 /* The step interrupt has entered the stop: motion continues from a mark in it. It does not matter where
@@ -331,6 +444,8 @@ static uint32_t choose_branch(const struct ahead *ahead) {
 }
 
 bool ahead_open(struct ahead *ahead) {
+    if (!ahead->ends || !ahead->open) /* the batch that opens it is made, however often this is asked */
+        ahead_abandon(ahead);
     if (!ahead->ends)
         return true;
     ahead->changed = ahead->changed || !ahead->open;
@@ -358,24 +473,27 @@ bool ahead_poll(struct ahead *ahead) {
     if (ahead->source == NULL || segment_queue_is_pending(ahead->queue))
         return false;
     bool answered = ahead_take_answer(ahead);
+    if (ahead->changed)
+        ahead_abandon(ahead);
+    if (ahead_is_making(ahead))
+        return carry_on(ahead);
     /* After the answer: a batch that was refused has brought the marks before it back into force. */
-    if (!ahead->passed || ahead->passed_us != now_us(ahead))
+    if (!ahead->passed || after_now_us(ahead, ahead->next_us) < 0)
         forget_passed(ahead);
     int32_t left_us = ahead_left_us(ahead);
     bool stops = left_us < 0 && !rests_at_commit(ahead);
     uint32_t reach_us = ahead->source->reach_us(ahead->ctx);
     uint32_t most_us = reach_us < ahead->full_us ? reach_us : ahead->full_us;
-    if ((!stops && !ahead->changed && left_us >= (int32_t)(most_us / 2)) || is_crowded(ahead))
+    uint32_t least_us = most_us / 2 < AHEAD_LEAST_US ? most_us / 2 : AHEAD_LEAST_US;
+    if ((!stops && !ahead->changed && left_us >= (int32_t)least_us) || is_crowded(ahead))
         return answered;
     if (stops)
         note_late(ahead);
     ahead->branch = stops || ahead->changed ? choose_branch(ahead) : ahead->commit;
-    bool returns = ahead->branch != ahead->commit; /* which may be all: the stop was the end of the job */
-    if (returns)
+    ahead->source->save(ahead->ctx, ahead->commit);
+    if (ahead->branch != ahead->commit)
         ahead->source->load(ahead->ctx, ahead->branch,
                             ahead->marks[ahead->branch].stops ? AHEAD_STOPPED : AHEAD_UNDO);
-    else
-        ahead->source->save(ahead->ctx, ahead->branch);
-    bool fits = publish(ahead);
-    return (fits && (returns || ahead->pending)) || answered;
+    begin_batch(ahead);
+    return carry_on(ahead) || answered;
 }

@@ -20,11 +20,14 @@
 
 #include "segment/queue.h"
 
-/** Committed motion, us; more is published when only half of it is left. NEAR: half of it is as long as the
- * slowest task of any board may sleep and be late, twice (targets/chip/task_periods.h); SOON: once. */
-#define AHEAD_FULL_US 50000u
-#define AHEAD_NEAR_US 16000u
-#define AHEAD_SOON_US 10000u
+/** Committed motion, us; more is published when half of it is left, or LEAST: each time a stop is made, which
+ * costs as much as the motion. LEAST: a task that is late by 20 ms does not slow a job. Half of NEAR is as
+ * long as the slowest task of any board may sleep and be late, twice (targets/chip/task_periods.h); of SOON:
+ * once. */
+#define AHEAD_FULL_US  50000u
+#define AHEAD_LEAST_US 22000u
+#define AHEAD_NEAR_US  16000u
+#define AHEAD_SOON_US  10000u
 /** A batch that changes what is published branches off so far ahead, to arrive before the ISR does. */
 #define AHEAD_BRANCH_US 3000u
 
@@ -53,11 +56,39 @@ struct ahead_source {
     uint32_t (*news)(const void *ctx);
     /** How to come to rest on the path. @return false: AHEAD_END is not near */
     bool (*stop)(void *ctx, enum ahead_stop how);
+    /** Segments that one call makes at most, so that others may work in between; UINT32_MAX: a whole batch.
+     */
+    uint32_t (*portion)(const void *ctx);
+    /** Come to rest in a way that stop() has begun, in a state that was taken back; or AHEAD_GO, without an
+     * end of it. Never for a source of whole batches. */
+    void (*go_on)(void *ctx, enum ahead_stop how);
     /** Keep the state in this place (below QUEUE_MARKS), or take it back. */
     void (*save)(void *ctx, uint32_t place);
     void (*load)(void *ctx, uint32_t place, enum ahead_return why);
     /** The states in other places than from this one on are not needed any more. */
     void (*release)(void *ctx, uint32_t place);
+};
+
+/** What is made of a batch next. */
+enum ahead_stage {
+    AHEAD_NO_BATCH, /* nothing */
+    AHEAD_COMMITS,
+    AHEAD_ENDS, /* the stop, at the end of what is planned */
+    AHEAD_STOPS /* the shortest one */
+};
+
+/** A batch that is being made, in portions. Between two of them the source is in the state of struct
+ * ahead.commit, as if none was made. */
+struct ahead_batch {
+    uint8_t stage;        /* enum ahead_stage */
+    uint8_t work;         /* place of the source's state between portions; QUEUE_MARKS: none yet */
+    uint8_t commit;       /* place of the mark where the committed part ends ... */
+    uint8_t commit_count; /* ... segments of it ... */
+    uint32_t commit_us;   /* ... and its motion time */
+    uint32_t left;        /* segments of this portion */
+    uint32_t at_us;       /* motion time of what is made */
+    uint32_t marked_us;   /* of its newest mark ... */
+    uint32_t every_us;    /* ... and from there to the next one of a stop */
 };
 
 struct ahead_mark {
@@ -72,12 +103,13 @@ struct ahead {
     const struct ahead_source *source;
     void *ctx;
     struct ahead_mark marks[QUEUE_MARKS];
-    uint32_t branch, commit; /* places: where the newest batch begins; the state the source has now */
+    struct ahead_batch batch; /* that is being made */
+    uint32_t branch, commit;  /* places: where the newest batch begins; the state the source has now */
     uint32_t commit_before, end_us_before; /* of what is in force while a batch is pending */
     uint32_t end_us;                       /* of all that is published, its stop included */
     uint32_t full_us;                      /* AHEAD_FULL_US, or less while spans do not suffice */
     uint32_t news;                         /* of the source, when the newest batch was made */
-    uint32_t passed_us; /* motion time when it was last seen which marks are passed, if that still counts */
+    uint32_t next_us; /* motion time of the mark that is passed next, if that still counts */
     bool passed;
     bool pending;
     bool changed, changing; /* branch off: asked for, and done by the batch that is pending */
@@ -115,6 +147,14 @@ bool ahead_open(struct ahead *ahead);
 static inline void ahead_close(struct ahead *ahead) {
     ahead->open = false;
 }
+
+/** A batch is half made: ahead_poll() makes more of it. */
+static inline bool ahead_is_making(const struct ahead *ahead) {
+    return ahead->batch.stage != AHEAD_NO_BATCH;
+}
+
+/** The batch that is half made, if one is, is not wanted: the plan that it follows is about to change. */
+void ahead_abandon(struct ahead *ahead);
 
 /** The newest batch has no answer yet: what was published before may stay in force. */
 static inline bool ahead_is_pending(const struct ahead *ahead) {

@@ -485,6 +485,12 @@ static bool stop(void *ctx, enum ahead_stop how) {
     return how != AHEAD_END;
 }
 
+/* They are copied: cheap. */
+static uint32_t portion(const void *ctx) {
+    (void)ctx;
+    return UINT32_MAX;
+}
+
 static void save(void *ctx, uint32_t at) {
     struct host_queue *queue = ctx;
     queue->places[at] = (struct host_queue_place){.tail = queue->tail,
@@ -529,7 +535,15 @@ void host_queue_hold(struct host_queue *queue, bool on) {
 }
 
 bool host_queue_poll(struct host_queue *queue) {
-    static const struct ahead_source source = {make, rests, reach_us, news, stop, save, load, release};
+    static const struct ahead_source source = {.make = make,
+                                               .rests = rests,
+                                               .reach_us = reach_us,
+                                               .news = news,
+                                               .stop = stop,
+                                               .portion = portion,
+                                               .save = save,
+                                               .load = load,
+                                               .release = release};
     if (queue->ahead->owner != AHEAD_HOST && host_queue_is_quiet(queue))
         return false;
     return ahead_claim(queue->ahead, AHEAD_HOST, &source, queue) && ahead_poll(queue->ahead);

@@ -3,6 +3,7 @@
 
 #include "base/debug.h"
 #include "base/minmax.h"
+#include "step/prep_math.h"
 
 #include <math.h>
 #include <string.h>
@@ -32,6 +33,9 @@
  * the pool must hold two of them. */
 #define DUTY_PART    0.05f
 #define DUTY_LEAST_S 0.0005f
+
+/* Segments and spans, together, that one call cuts: the watchdog and the inputs are looked at in between. */
+#define CUT_AT_ONCE 16u
 
 /* So near to the middle between two events, in events, a place counts as the middle: it was rounded. */
 #define TIE 0.125f
@@ -111,6 +115,7 @@ void prep_reset(struct prep *prep, const int32_t position[AXIS_COUNT]) {
     put_stand(prep, stand);
     prep->base = prep->oldest = stand;
     prep->first = prep->newest = 0;
+    prep->cuts = false;
     keep_mark(prep, QUEUE_RESET_MARK);
     step_stand(prep->step, stand);
     prep->in->now_us = 0;
@@ -154,13 +159,15 @@ static void set_axis(struct prep *prep, unsigned axis, uint32_t steps, int32_t p
 
 /* Power of two by which events are multiplied: of the speed alone, so that the events of a steady motion are
  * evenly spaced across segments. */
-static unsigned oversample(const struct prep *prep, uint32_t travel, bool diagonal, uint64_t ticks) {
+static unsigned oversample(const struct prep *prep, uint32_t travel, bool diagonal, uint32_t ticks) {
     unsigned shift = 0;
-    uint64_t enough = diagonal ? ticks * SMOOTH_EVENT_HZ / prep->timing.timer_hz : ticks / SLOW_TICKS;
+    uint32_t enough =
+        diagonal ? prep_scale(ticks, SMOOTH_EVENT_HZ, prep->timing.timer_hz) : ticks / SLOW_TICKS;
     /* Twice the time that pulses need: the end of a ramp is twice as fast as its mean. */
     const uint64_t least = (uint64_t)prep->timing.min_interval_ticks * 2;
-    while (shift < MAX_OVERSAMPLE && (uint64_t)travel << shift < enough << 8 &&
-           travel << (shift + 1) <= MAX_EVENTS << 8 && least * (travel << (shift + 1)) <= ticks << 8)
+    while (shift < MAX_OVERSAMPLE && travel << shift < enough << 8 &&
+           travel << (shift + 1) <= MAX_EVENTS << 8 &&
+           least * (travel << (shift + 1)) <= (uint64_t)ticks << 8)
         shift++;
     return shift;
 }
@@ -174,10 +181,10 @@ static unsigned read_axes(struct prep *prep, const struct segment *segment, stru
         int32_t steps = segment->steps[ax];
         struct travel *axis = &axes[ax];
         axis->steps = (uint32_t)(steps < 0 ? -steps : steps);
-        axis->phase = segment->phase[ax];
-        axis->travel = axis->steps * 256u + segment->phase_end[ax] - axis->phase;
         if (steps == 0)
             continue;
+        axis->phase = segment->phase[ax];
+        axis->travel = axis->steps * 256u + segment->phase_end[ax] - axis->phase;
         axis_mask_t bit = (axis_mask_t)(1u << ax);
         prep->negative = (axis_mask_t)(steps < 0 ? prep->negative | bit : prep->negative & ~bit);
         moving++;
@@ -189,7 +196,7 @@ static unsigned read_axes(struct prep *prep, const struct segment *segment, stru
     return dominant;
 }
 
-static void load_motion(struct prep *prep, const struct segment *segment, uint64_t ticks) {
+static void load_motion(struct prep *prep, const struct segment *segment, uint32_t ticks) {
     struct travel axes[AXIS_COUNT];
     bool diagonal;
     unsigned dominant = read_axes(prep, segment, axes, &diagonal);
@@ -280,10 +287,9 @@ static void load_duty(struct prep *prep, const struct segment *segment) {
 static void load_segment(struct prep *prep, const struct segment *segment) {
     /* whole ticks, the rest carried: durations never drift */
     uint64_t scaled = (uint64_t)segment->duration_ns * prep->timing.timer_hz + prep->carry.tick_remainder;
-    uint64_t ticks = scaled / 1000000000u;
-    prep->carry.tick_remainder = scaled % 1000000000u;
+    uint32_t ticks = prep_divide_by_ns(scaled, &prep->carry.tick_remainder);
     prep->carry.spent_q16 -= prep->carry.duration_q16;
-    prep->carry.duration_q16 = (int64_t)(ticks << 16);
+    prep->carry.duration_q16 = (int64_t)((uint64_t)ticks << 16);
     load_motion(prep, segment, ticks);
     load_duty(prep, segment);
     prep->flags = segment->flags;
@@ -392,37 +398,15 @@ static void push_wait(struct prep *prep, uint64_t ticks_q16) {
 static void advance(struct prep *prep, uint32_t events) {
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
         unsigned word = span_word(ax), shift = span_shift(ax);
-        uint32_t phase = prep->phase[word] >> shift & 0xFFFFu;
-        uint32_t sum = phase + events * (prep->increment[word] >> shift & 0xFFFFu);
+        uint32_t increment = prep->increment[word] >> shift & 0xFFFFu;
+        if (increment == 0)
+            continue;
+        uint32_t phase = prep->phase[word] >> shift & 0xFFFFu, sum = phase + events * increment;
         int32_t steps = (int32_t)(sum >> SPAN_PHASE_BITS);
         prep->carry.position[ax] += prep->negative >> ax & 1 ? -steps : steps;
         prep->phase[word] += ((sum & (SPAN_PHASE_ONE - 1)) - phase) << shift;
     }
     prep->done += events;
-}
-
-/* Intervals linear in the event count that take exactly time_q16 and half way the time of constant
- * acceleration: with vh the speed at half distance, the first half takes n/(va+vh) of 2n/(va+vb), so the
- * first interval is longer than the mean by the part c = 2 (vb-vh)/(va+vh), the last one shorter by the same.
- * @return true when that was too fast for the board and the intervals were made even or longer. */
-static bool shape_span(struct span *span, uint32_t events, uint64_t time_q16, float va, float vb,
-                       uint64_t least_q16) {
-    span->delta_q16 = 0;
-    if (events > 1) {
-        float vh = sqrtf(0.5f * (va * va + vb * vb));
-        float c = va + vh > 0.0f ? 2.0f * (vb - vh) / (va + vh) : 0.0f;
-        span->delta_q16 = (int32_t)(-2.0f * c * (float)time_q16 / ((float)events * (float)events));
-    }
-    int64_t ramp_q16 = (int64_t)span->delta_q16 * (int64_t)((uint64_t)events * (events - 1) / 2);
-    span->interval_q16 = (uint32_t)(((int64_t)time_q16 - ramp_q16) / events);
-    span->events = events;
-    int64_t last_q16 = (int64_t)span->interval_q16 + (int64_t)span->delta_q16 * (int64_t)(events - 1);
-    if (span->interval_q16 >= least_q16 && last_q16 >= (int64_t)least_q16)
-        return false;
-    uint64_t mean_q16 = time_q16 / events;
-    span->delta_q16 = 0;
-    span->interval_q16 = (uint32_t)(mean_q16 > least_q16 ? mean_q16 : least_q16);
-    return true;
 }
 
 /* Time of the next `events` events, and the speed at the last of them. */
@@ -473,17 +457,17 @@ static void push_stretch(struct prep *prep) {
     events = events < to_change ? events : to_change;
     float v_before = speed_at(prep, distance_done(prep)), v_after;
     uint64_t time_q16 = stretch_time_q16(prep, events, &v_after);
-    if (time_q16 / events > (uint64_t)SPAN_MAX_INTERVAL_TICKS << 16 && events > 1) {
+    if (events > 1 && prep_is_slow(time_q16, events)) {
         events = 1;
         time_q16 = stretch_time_q16(prep, events, &v_after);
     }
-    if (time_q16 / events > (uint64_t)SPAN_MAX_INTERVAL_TICKS << 16) {
+    if (prep_is_slow(time_q16, events)) {
         push_wait(prep, time_q16 - ((uint64_t)SPAN_MAX_INTERVAL_TICKS << 15));
         return;
     }
     struct span span = new_span(prep);
-    prep->clamped +=
-        shape_span(&span, events, time_q16, v_before, v_after, least_interval_q16(prep, negative_before));
+    prep->clamped += prep_shape_span(&span, events, time_q16, v_before, v_after,
+                                     least_interval_q16(prep, negative_before));
     memcpy(span.increment, prep->increment, sizeof span.increment);
     span.duty = span_duty(prep, time_q16);
     prep->carry.spent_q16 += (int64_t)span.interval_q16 * events +
@@ -493,14 +477,19 @@ static void push_stretch(struct prep *prep) {
     advance(prep, events);
 }
 
-/* Cut the loaded segment. @return false: no span is free */
-static bool cut_segment(struct prep *prep) {
+enum cut { CUT_DONE, CUT_LATER, CUT_LARGE };
+
+/* Cut the loaded segment. @param left  spans that may be made now @return LARGE: no span is free */
+static enum cut cut_segment(struct prep *prep, uint32_t *left) {
     while (prep->done < prep->events) {
+        if (*left == 0)
+            return CUT_LATER;
         if (prep->free == 0)
-            return false;
+            return CUT_LARGE;
         push_stretch(prep);
+        --*left;
     }
-    return end_segment(prep);
+    return end_segment(prep) ? CUT_DONE : CUT_LARGE;
 }
 
 /* ---- batches ---- */
@@ -519,20 +508,26 @@ static bool reclaim(struct prep *prep) {
     return any;
 }
 
-/* @return false: the ISR has left the mark's span, and it is free */
-static bool begin_batch(struct prep *prep) {
+/* The mark that the batch continues at. @return false: the ISR has left its span, and it is free */
+static bool mark_is_there(const struct prep *prep) {
     const struct prep_mark *mark = &prep->marks[prep->in->from];
-    if (mark->span->made != mark->made)
-        return false;
+    return mark->span->made == mark->made;
+}
+
+static void begin_batch(struct prep *prep) {
+    const struct prep_mark *mark = &prep->marks[prep->in->from];
     prep->carry = mark->carry;
     prep->base = mark->span;
     prep->first = prep->newest = 0;
     prep->cut = 0;
-    return true;
+    prep->cuts = true;
+    prep->loaded = false;
 }
 
-static void refuse(struct prep *prep, enum queue_answer answer) {
-    give_chain_back(prep, prep->first);
+static void answer(struct prep *prep, enum queue_answer answer) {
+    if (prep->cuts && answer != QUEUE_TAKEN)
+        give_chain_back(prep, prep->first);
+    prep->cuts = false;
     segment_queue_answer(prep->in, answer);
 }
 
@@ -552,24 +547,28 @@ static bool join(struct prep *prep) {
     return true;
 }
 
+/* Some of the batch; when all of it is cut, it is joined. */
 static void cut_batch(struct prep *prep) {
     const struct segment_queue *in = prep->in;
-    while (prep->cut < in->count) {
+    uint32_t left = CUT_AT_ONCE;
+    for (; prep->cut < in->count; prep->cut++, prep->loaded = false) {
         const struct segment *segment = &in->slots[prep->cut];
-        load_segment(prep, segment);
-        if (!cut_segment(prep)) {
-            refuse(prep, QUEUE_LARGE);
+        if (left == 0)
+            return;
+        if (!prep->loaded)
+            load_segment(prep, segment), left--;
+        prep->loaded = true;
+        enum cut cut = cut_segment(prep, &left);
+        if (cut == CUT_LATER)
+            return;
+        if (cut == CUT_LARGE) {
+            answer(prep, QUEUE_LARGE);
             return;
         }
         if (segment->mark != 0)
             keep_mark(prep, segment->mark - 1u);
-        prep->cut++;
     }
-    if (!join(prep)) {
-        refuse(prep, QUEUE_PASSED);
-        return;
-    }
-    segment_queue_answer(prep->in, QUEUE_TAKEN);
+    answer(prep, join(prep) ? QUEUE_TAKEN : QUEUE_PASSED);
 }
 
 void prep_tend_beam(const struct prep *prep) {
@@ -585,9 +584,12 @@ bool prep_poll(struct prep *prep) {
     bool any = reclaim(prep);
     if (!segment_queue_is_pending(prep->in))
         return any;
-    if (begin_batch(prep))
-        cut_batch(prep);
-    else
-        segment_queue_answer(prep->in, QUEUE_PASSED);
+    if (!mark_is_there(prep)) {
+        answer(prep, QUEUE_PASSED);
+        return true;
+    }
+    if (!prep->cuts)
+        begin_batch(prep);
+    cut_batch(prep);
     return true;
 }

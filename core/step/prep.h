@@ -69,6 +69,8 @@ struct prep {
     struct span *base;           /* it continues after this span */
     struct span *first, *newest; /* of its chain; NULL: none yet */
     uint32_t cut;                /* segments of it */
+    bool cuts;                   /* it is being cut, in portions ... */
+    bool loaded;                 /* ... and has stopped within a segment */
     /* the segment being cut; distances in events */
     uint16_t flags;
     uint32_t line, end_us;
@@ -110,9 +112,9 @@ static inline void prep_set_rest_duty(struct prep *prep, uint16_t duty) {
  * and while motion waits for its motors. */
 void prep_tend_beam(const struct prep *prep);
 
-/** Free the spans that the step ISR has left; cut the batch that waits and join it to the chain when
- * it is whole; start the timer if it rests.
- *  @return true when something was done. Never blocks. */
+/** Free the spans that the step ISR has left; cut a portion of the batch that waits, and join it to the chain
+ * when it is whole; start the timer if it rests.
+ *  @return true when something was done: call again. Never blocks. */
 bool prep_poll(struct prep *prep);
 
 /** Forget all motion and stand at this position. Only while the step ISR is not active. */

@@ -300,6 +300,16 @@ static void note_alarm(struct host *host) {
     host->alarm_seen = quiet;
 }
 
+/* A batch of motion is made and cut in portions, so that a chip looks at other things in between. Where
+ * everything looks all the time that takes no time at all. */
+static void finish_portions(struct machine *machine, bool own_motion) {
+    struct motion *motion = &machine->drive.motion;
+    while (motion->works && motion_poll(motion, hal_time_us(machine->hal)))
+        ;
+    while (!own_motion && machine_poll_motion(machine))
+        ;
+}
+
 /* The tasks that are due look. @return the controller was one of them; *any: something was done */
 static bool look(struct host *host, bool *any) {
     struct tasks *tasks = &host->tasks;
@@ -309,10 +319,14 @@ static bool look(struct host *host, bool *any) {
     bool looks = tasks_is_due(tasks, HOST_CONTROLLER, hal->now_ticks);
     if (looks && machine_poll(machine)) {
         *any = true;
+        if (!tasks_sleep(tasks))
+            finish_portions(machine, tasks->own_motion);
         tasks_looked(tasks, HOST_CONTROLLER, true, hal->now_ticks);
     }
     if (tasks->own_motion && tasks_is_due(tasks, HOST_MOTION, hal->now_ticks)) {
         bool done = machine_poll_motion(machine);
+        while (done && !tasks_sleep(tasks) && machine_poll_motion(machine))
+            ;
         tasks_looked(tasks, HOST_MOTION, done, hal->now_ticks);
         *any |= done;
     }

@@ -114,15 +114,14 @@ bool tasks_is_due(struct tasks *tasks, enum host_side side, uint64_t now_ticks) 
 
 void tasks_looked(struct tasks *tasks, enum host_side side, bool done, uint64_t now_ticks) {
     struct task *task = &tasks->task[side];
-    bool again = done && side == HOST_CONTROLLER; /* more to do immediately */
-    if (task->period_ticks > 0 && !again)
+    if (task->period_ticks > 0 && !done)
         sleep_from(tasks, task, now_ticks);
     task->idle = !done;
     if (done)
         for (unsigned other = 0; other < HOST_SIDES; other++)
             tasks->task[other].idle = false;
     if (side == HOST_MOTION)
-        tasks->motion_woken = false;
+        tasks->motion_woken = done; /* more to do immediately */
     else if (done)
         tasks->motion_woken = tasks->wakes_motion;
 }

@@ -4,6 +4,7 @@
 #include "segment/queue.h"
 #include "step/isr.h"
 #include "step/prep.h"
+#include "step/prep_math.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -88,7 +89,8 @@ static void one_motion(unsigned round) {
         queue.slots[queue.count++] = segment;
     }
     segment_queue_publish(&queue);
-    (void)prep_poll(&prep);
+    while (prep_poll(&prep) && segment_queue_is_pending(&queue))
+        ; /* in portions */
     check(!segment_queue_is_pending(&queue) && queue.answer == QUEUE_TAKEN, "the batch is not taken", round);
     run_until_rest(round, counted);
     check(memcmp(counted, wanted, sizeof counted) == 0, "not the segment's steps", round);
@@ -96,6 +98,22 @@ static void one_motion(unsigned round) {
     if (prep.clamped == clamped) {
         int64_t off = (int64_t)(hal.now_ticks - begin) - (int64_t)(ideal_ns * 2 / 100);
         check(off >= -1 && off <= 1, "not the segment's duration", round);
+    }
+}
+
+/* What prep divides is what a division makes of it. */
+static void divisions(void) {
+    for (unsigned round = 0; round < 200000; round++) {
+        uint64_t n = (uint64_t)random_u32() << 32 | random_u32(), rest;
+        uint32_t d = 1 + random_u32() % 16383, hz = 1000000 + random_u32() % 400000000, bits = random_u32() % 48;
+        n >>= 3 + bits;
+        check(prep_divide_by_ns(n, &rest) == (uint32_t)(n / 1000000000u) && rest == n % 1000000000u,
+              "nanoseconds", round);
+        uint64_t few = n % ((uint64_t)d << 32) & ((1ull << 48) - 1u);
+        check(prep_divide(few, d) == (uint32_t)(few / d), "a division", round);
+        check(prep_divide(few - few % d, d) == (uint32_t)(few / d), "a division without rest", round);
+        uint32_t ticks = (uint32_t)((uint64_t)random_u32() * hz >> 32);
+        check(prep_scale(ticks, 32000, hz) == (uint32_t)((uint64_t)ticks * 32000 / hz), "a scale", round);
     }
 }
 
@@ -115,6 +133,7 @@ static void position_before_the_first_event(void) {
 
 int main(void) {
     const struct prep_timing timing = {.timer_hz = TIMER_HZ, .min_interval_ticks = 20, .dir_setup_ticks = 10};
+    divisions();
     position_before_the_first_event();
     step_init(&step, &hal);
     prep_init(&prep, &queue, &step, &timing);

@@ -30,16 +30,16 @@ def test_no_folder_is_named_that_is_gone() -> None:
 
 def milliseconds(name: str) -> int:
     """A constant of core/segment/ahead.h."""
-    match = re.search(rf"#define {name} (\d+)u", (ROOT / "core/segment/ahead.h").read_text(encoding="utf-8"))
+    match = re.search(rf"#define {name} +(\d+)u", (ROOT / "core/segment/ahead.h").read_text(encoding="utf-8"))
     assert match
     return int(match[1]) // 1000
 
 
 def test_its_times_are_those_of_the_code() -> None:
-    full, near, soon = (milliseconds(f"AHEAD_{name}_US") for name in ("FULL", "NEAR", "SOON"))
+    full, least, near, soon = (milliseconds(f"AHEAD_{name}_US") for name in ("FULL", "LEAST", "NEAR", "SOON"))
     text = " ".join(TEXT.split())
-    assert f"{full} ms are committed; when {full // 2} ms are left" in text
-    assert f"made some {2000 // full} times a second" in text
+    assert f"{full} ms are committed; when {least} ms are left" in text
+    assert f"made some {1000 // (full - least)} times a second" in text
     assert f"only {near // 2} to {near} ms are committed" in text
     assert f"follows the spindle is committed for {soon // 2} to {soon} ms only" in text
     assert f"at least {milliseconds('AHEAD_BRANCH_US')} ms ahead of the pins" in text

@@ -8,6 +8,7 @@ import sys
 from wificnc.build.host import RAM_BUDGET_BYTES, build_host, core_ram_bytes
 
 from bench.measure import FAST, ROOT, Figure, build_driver, has_valgrind, instructions, wall_clock
+from bench.motion_cost import report
 
 JOB = ROOT / "examples" / "relief.nc"
 
@@ -31,6 +32,9 @@ def main() -> int:
     if has_valgrind():
         print(METHOD)
         figures += show(instructions(JOB))
+        for heading, part in report():
+            print(heading)
+            figures += show(part)
     else:
         print("\nInstructions: not measured, there is no valgrind here (Debian: apt-get install valgrind).")
     print(SPEED_METHOD)

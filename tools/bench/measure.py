@@ -177,7 +177,7 @@ def instructions(job: Path) -> list[Figure]:
     moves = cost_of(profile, "core/motion/joints.c", "core/motion/kinematics/")
     return [
         *figures,
-        Figure("planning per block, 3-D with few points to leave out", planning(profile) / blocks, "instr", 6500),
+        Figure("planning per block, 3-D with few points to leave out", planning(profile) / blocks, "instr", 7300),
         Figure("planning per block, finely chopped curves", planning(dense) / dense_blocks, "instr", 720),
         Figure("kinematics per block", moves / blocks, "instr"),
         Figure("line reading and parsing per line", reading(profile) / lines, "instr", 460),
@@ -201,7 +201,7 @@ def engraving(driver: Path) -> list[Figure]:
     row = profile_job(driver, write_row(), ENGRAVER)
     costs = {part: cost_of(row, *files) / PIXELS for part, files in ENGRAVING.items()}
     parts = [Figure(f"engraving, per change of S: {part}", cost, "instr") for part, cost in costs.items()]
-    return [*parts, Figure("engraving, per change of S: all", sum(costs.values()), "instr", 14_000)]
+    return [*parts, Figure("engraving, per change of S: all", sum(costs.values()), "instr", 8_000)]
 
 
 def cost_of(profile: Profile, *files: str) -> int:

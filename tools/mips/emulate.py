@@ -38,10 +38,10 @@ def controller_sources(root: Path) -> list[Path]:
     return [*sorted((root / "core").rglob("*.c")), *(root / "targets" / "pc" / f"{name}.c" for name in pc)]
 
 
-def compile_files(root: Path, sources: Sequence[Path], output: Path) -> list[Path]:
+def compile_files(root: Path, sources: Sequence[Path], output: Path, flags: Sequence[str] = FLAGS) -> list[Path]:
     """Objects for the emulator; those that are fresh stay. Raises BuildError with what the compiler said."""
     argv = (COMPILER,)
-    command = [*argv, *FLAGS, *(f"-I{root / folder}" for folder in HEADERS)]
+    command = [*argv, *flags, *(f"-I{root / folder}" for folder in HEADERS)]
     stamp = hashlib.sha256(json.dumps([compiler_stamp(argv), command]).encode()).hexdigest()[:16]
     folder = output / stamp
     units = [Unit(source, folder / f"{source.parent.name}_{source.stem}.o") for source in sources]

@@ -66,11 +66,11 @@ static void IRAM_ATTR run(void *unused) {
     while (motion.good) {
         do_what_is_asked();
         inputs_sample(&motion.hal->inputs);
-        (void)machine_poll_motion(motion.machine);
+        bool more = machine_poll_motion(motion.machine);
         step_engine_show(machine_step(motion.machine));
         charge_pump_beat();
         (void)esp_task_wdt_reset();
-        (void)ulTaskNotifyTake(pdTRUE, pdMS_TO_TICKS(ESP32_MOTION_PERIOD_US / 1000));
+        (void)ulTaskNotifyTake(pdTRUE, more ? 0 : pdMS_TO_TICKS(ESP32_MOTION_PERIOD_US / 1000));
     }
     vTaskDelete(NULL);
 }

@@ -1,0 +1,99 @@
+"""What motion costs from a block to the step, and its longest calls: on this computer and on MIPS."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from itertools import islice
+from pathlib import Path
+
+from mips.count import count_job, not_here
+from wificnc.machine import load_machine
+
+from bench.callgrind import Profile
+from bench.jobs import HEAD, chopped_circle, relief
+from bench.measure import BUILD, ROOT, Figure, build_driver, cost_of, counters, profile_job
+
+METHOD = """
+Motion, per block and per step, with its polls (1 ms): a surface in chords of 0.2 mm that bends in all axes, and a
+circle in chords of 0.016 mm, with the settings of examples/machines/baseline.toml. Planner and emission: core/motion
+and core/segment; spans: core/step/prep.c; with the library functions that they call. Longest calls: of motion_poll(),
+which makes batches in portions, and of prep_poll(), which cuts them. Here by callgrind, on MIPS by QEMU's user mode
+with a plugin that counts (tools/mips/count.py): -Os as the firmware, 4 axes; the step interrupt is counted by
+make bench-chip."""
+
+BUDGET = ROOT / "tests" / "budget" / "mips.json"
+SURFACE, CIRCLE = "surface", "chopped circle"
+LINES = {SURFACE: (relief, 500), CIRCLE: (chopped_circle, 2500)}
+LONGEST = {"motion_poll": 15_000, "prep_poll": 11_000}
+PER_BLOCK = {SURFACE: 32_000, CIRCLE: 2_200}
+PER_STEP = {SURFACE: 180, CIRCLE: 95}
+
+
+def write_jobs(folder: Path) -> dict[str, Path]:
+    """Both of them as files."""
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = {}
+    for name, (job, lines) in LINES.items():
+        paths[name] = folder / f"{name.replace(' ', '_')}.nc"
+        paths[name].write_text("\n".join([HEAD, *islice(job(), lines), "M2"]) + "\n")
+    return paths
+
+
+def settings() -> tuple[str, ...]:
+    return tuple(load_machine(str(ROOT / "examples" / "machines" / "baseline.toml")).settings_lines())
+
+
+def here() -> list[Figure]:
+    """Instructions of this computer. Raises CalledProcessError when a job has errors."""
+    driver, figures = build_driver(), []
+    for name, job in write_jobs(BUILD / "cost").items():
+        count, profile = counters(driver, job, settings()), profile_job(driver, job, settings())
+        motion = _motion(profile) / count["blocks"]
+        spans = cost_of(profile, "core/step/prep.c") / count["step_events"]
+        figures.append(Figure(f"planner and emission per block, {name}", motion, "instr", PER_BLOCK[name]))
+        figures.append(Figure(f"spans per step, {name}", spans, "instr", PER_STEP[name]))
+    for function, limit in LONGEST.items():
+        job = BUILD / "cost" / "surface.nc"
+        figures.append(Figure(f"longest call of {function}()", longest_call(driver, job, function), "instr", limit))
+    return figures
+
+
+def _motion(profile: Profile) -> int:
+    return cost_of(profile, "core/motion/", "core/segment/")
+
+
+def longest_call(driver: Path, job: Path, function: str) -> int:
+    """One profile for each call."""
+    out = BUILD / f"callgrind.{function}"
+    out.unlink(missing_ok=True)
+    options = ["--collect-atstart=no", f"--toggle-collect={function}", f"--dump-after={function}"]
+    tool = ["valgrind", "--tool=callgrind", "--quiet", "--combine-dumps=yes", f"--callgrind-out-file={out}", *options]
+    subprocess.run([*tool, str(driver), "3", str(job), *settings()], capture_output=True, check=True)
+    with open(out) as file:
+        return max(int(line.split()[1]) for line in file if line.startswith("totals:"))
+
+
+def on_mips() -> list[Figure]:
+    """Instructions of a MIPS processor. Raises CalledProcessError when a job has errors."""
+    budget: dict[str, int] = {key: value for key, value in json.loads(BUDGET.read_text()).items() if key != "about"}
+    figures, longest = [], dict.fromkeys(LONGEST, 0)
+    for name, job in write_jobs(BUILD / "cost").items():
+        count = count_job(ROOT, job, settings())
+        figures.append(_budgeted(f"planner and emission per block, {name}", count.motion / count.blocks, budget))
+        figures.append(_budgeted(f"spans per step, {name}", count.prep / count.steps, budget))
+        longest = {function: max(most, count.longest[function]) for function, most in longest.items()}
+    return figures + [_budgeted(f"longest call of {name}()", most, budget) for name, most in longest.items()]
+
+
+def _budgeted(name: str, value: float, budget: dict[str, int]) -> Figure:
+    return Figure(name, value, "instr", budget.get(name, 0))
+
+
+def report() -> list[tuple[str, list[Figure]]]:
+    """A heading and the figures below it."""
+    mips = not_here()
+    found = [(METHOD, here())]
+    if mips:
+        return [*found, (f"On MIPS: not measured; {mips}", [])]
+    return [*found, ("On MIPS:", on_mips())]
