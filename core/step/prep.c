@@ -524,11 +524,11 @@ static void begin_batch(struct prep *prep) {
     prep->loaded = false;
 }
 
-static void answer(struct prep *prep, enum queue_answer answer) {
-    if (prep->cuts && answer != QUEUE_TAKEN)
+static void answer(struct prep *prep, enum queue_answer given) {
+    if (prep->cuts && given != QUEUE_TAKEN)
         give_chain_back(prep, prep->first);
     prep->cuts = false;
-    segment_queue_answer(prep->in, answer);
+    segment_queue_answer(prep->in, given);
 }
 
 /* The whole chain is there: swap it in, or start it from rest. @return false: the ISR has continued */

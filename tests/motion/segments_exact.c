@@ -105,7 +105,8 @@ static void one_motion(unsigned round) {
 static void divisions(void) {
     for (unsigned round = 0; round < 200000; round++) {
         uint64_t n = (uint64_t)random_u32() << 32 | random_u32(), rest;
-        uint32_t d = 1 + random_u32() % 16383, hz = 1000000 + random_u32() % 400000000, bits = random_u32() % 48;
+        uint32_t d = 1 + random_u32() % 16383, hz = 1000000 + random_u32() % 400000000,
+                 bits = random_u32() % 48;
         n >>= 3 + bits;
         check(prep_divide_by_ns(n, &rest) == (uint32_t)(n / 1000000000u) && rest == n % 1000000000u,
               "nanoseconds", round);

@@ -129,7 +129,8 @@ wificnc wifi status                # over USB: the access key, which the network
 wificnc login 192.168.1.20         # asks for it; for a day all programs of this computer may command
 ```
 
-Who may command the machine over the network, and how to let a sender, a phone or LinuxCNC in: [security.md](../security.md).
+Who may command the machine over the network, and how to let a sender, a phone or LinuxCNC in:
+[security.md](../security.md).
 
 Until it joins a network it opens its own one, `WiFiCNC-XXXX`, with the address 192.168.4.1.{ethernet} It prints its
 address on the serial ports whenever that changes. Senders connect to TCP port 23.
