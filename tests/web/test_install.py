@@ -57,7 +57,7 @@ class Bench:
 def firmware_of(tmp_path: Path, board_id: str, chip: str) -> Esp32Firmware:
     build = make_build(tmp_path / f"build-{board_id}", board_id, chip)
     regions = tuple(load_regions(build, load_board(board_id), PARTITIONS))
-    return Esp32Firmware(regions, b"", b"", b"", flash_mb=4, has_improv=False)
+    return Esp32Firmware(regions, b"", b"", b"", b"", flash_mb=4, has_improv=False)
 
 
 def write_firmware(folder: Path, boards: dict[str, Esp32Firmware]) -> None:
@@ -113,7 +113,7 @@ def test_one_merged_image(bench: Callable[..., object], tmp_path: Path) -> None:
     for part in parts:
         merged[part.offset : part.end] = part.data
     whole = (Region("merged", 0, bytes(merged)),)
-    firmware = Esp32Firmware(whole, b"", b"", b"", flash_mb=4, has_improv=False)
+    firmware = Esp32Firmware(whole, b"", b"", b"", b"", flash_mb=4, has_improv=False)
     with bench("esp32s3", {"esp32s3-zero": firmware}) as table:  # type: ignore[attr-defined]
         table.install("esp32s3-zero")
         expect(table.page.get_by_text("Installed and verified")).to_be_visible()
@@ -143,7 +143,7 @@ def test_a_damaged_part_is_refused_before_the_board_is_asked(bench: Callable[...
 def test_unplugged_in_the_middle(bench: Callable[..., object], tmp_path: Path) -> None:
     big = image("esp32s3", 1_500_000)
     regions = (*firmware_of(tmp_path, "esp32s3-zero", "esp32s3").regions[:3], Region("firmware", 0x20000, big))
-    firmware = Esp32Firmware(regions, b"", b"", b"", flash_mb=4, has_improv=False)
+    firmware = Esp32Firmware(regions, b"", b"", b"", b"", flash_mb=4, has_improv=False)
     with bench("esp32s3", {"esp32s3-zero": firmware}) as table:  # type: ignore[attr-defined]
         table.install("esp32s3-zero")
         expect(table.page.get_by_text("Writing", exact=True)).to_be_visible()
