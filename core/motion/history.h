@@ -26,7 +26,7 @@
 /** Records that a shaper may look at. */
 #define HISTORY_WINDOW (HISTORY_SIZE * 11u / 16u)
 /** Of a batch: a trunk, 50 ms of committed motion, and a stop. What does not fit is made later. */
-#define HISTORY_SIDE 128u
+#define HISTORY_SIDE 120u
 /** Of what a batch branched off from: 50 ms of marks. In a stop that a late task has entered more is there,
  * but nothing returns to that: a window is enough. */
 #define HISTORY_TRUNK 56u
