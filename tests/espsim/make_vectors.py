@@ -46,7 +46,7 @@ def run(code: bytes, data: bytes, start: int) -> bytes:
     with tempfile.TemporaryDirectory() as folder:
         program = Path(folder) / "program.elf"
         program.write_bytes(elf([(RESET, reset(start)), (CODE, code), (DATA, data)]))
-        done = subprocess.run([*COMMAND, str(program)], capture_output=True, timeout=60, check=False)
+        done = subprocess.run([*COMMAND, str(program)], capture_output=True, check=False)
     if done.returncode != 0 or len(done.stdout) != len(data):
         raise RuntimeError(f"{done.returncode}, {len(done.stdout)} bytes: {done.stderr.decode()}")
     return done.stdout
