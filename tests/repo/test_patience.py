@@ -19,7 +19,7 @@ SHORT_S = 100.0
 CAP = re.compile(
     r"(?:\bmonotonic\(\) \+ |\btimeout=|\bcap_s=|\bmost_s=|\.wait\(|\.join\(|\bsettimeout\()([0-9][0-9_.]*)\b(?! \*)"
 )
-VIRTUAL = {"support/stalled.py"}  # seconds of the machine
+VIRTUAL = {"support/stalled.py", "espsim/test_espsim_peripherals.py"}  # seconds or cycles of the machine
 # file -> waits there that no test fails by
 PACES = {
     "link/test_serve_link.py": {"watcher.wait(0.1)"},
