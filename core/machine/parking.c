@@ -5,6 +5,7 @@
 #include "machine/answer.h"
 #include "machine/drive.h"
 #include "machine/inputs.h"
+#include "machine/outputs.h"
 #include "machine/park.h"
 #include "machine/parts.h"
 #include "machine/place.h"
@@ -62,10 +63,20 @@ static bool ask_again(struct machine *machine) {
     return why == NULL;
 }
 
+/* A ~ that came before counts no more. Behind a door suspend.c stops the tools again; in the hold of a lost
+ * sender the spindle may run up alone. */
+static void stop_restoring(struct machine *machine) {
+    suspend_stop_restoring(&machine->suspend);
+    if (machine->life.state != MACHINE_HOLD || !machine->outputs.coolant_waits)
+        return;
+    outputs_suspend(&machine->outputs, true, true);
+    outputs_apply(machine);
+}
+
 void parking_ask(struct machine *machine, bool resumes) {
     machine->park.resume_asked |= resumes;
     if (ask_again(machine))
-        suspend_stop_restoring(&machine->suspend); /* a ~ that came before counts no more */
+        stop_restoring(machine);
     else if (!machine->park.open)
         machine->park.resume_asked = false;
 }
@@ -169,6 +180,14 @@ static bool is_quiet(const struct machine *machine) {
            !machine->park.stops && host_queue_is_empty(&machine->host.queue) && machine_is_standing(machine);
 }
 
+/* They start above the job (preempt.c), not where the operator has the tool. */
+static void leave_tools_off(struct machine *machine) {
+    if (!machine->outputs.suspended)
+        return;
+    outputs_suspend(&machine->outputs, false, false);
+    outputs_set(machine, SPINDLE_OFF, machine->outputs.rpm, 0);
+}
+
 static bool close_poll(struct machine *machine) {
     const struct machine_park *park = &machine->park;
     const uint8_t *bytes;
@@ -187,6 +206,7 @@ static bool close_poll(struct machine *machine) {
     preempt_unpark(machine, steps, park->top_steps);
     park_take_back(machine, shift_mm);
     task_shift(&machine->task, shift_mm);
+    leave_tools_off(machine);
     suspend_end(machine);
     return true;
 }

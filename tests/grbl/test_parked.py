@@ -329,6 +329,45 @@ def test_a_lost_sender_stops_the_operators_motion(grbl: Grbl) -> None:
     assert grbl.position() == [2500, 2 * STEPS, 0, 0, 0, 0]
 
 
+@pytest.mark.parametrize("seconds", [0.001, 0.5, 3])
+def test_parking_while_a_lost_senders_tools_come_back(grbl: Grbl, seconds: float) -> None:
+    """They stop again, both: none runs alone next to the operator."""
+    started(grbl, "M3S1000M8\nG1X10F600\n", 0.5, "$75=0.1")
+    grbl.lose_sender()
+    grbl.after(2)
+    assert grbl.outputs().spindle_direction == 0 and grbl.after(seconds, "~") == ""
+    assert grbl.outputs().spindle_direction == 1 and grbl.outputs().coolant == 0
+    assert grbl.after(8, PARK) == PARKED and grbl.state() == "Hold:0"
+    assert grbl.outputs().spindle_direction == 0 and grbl.outputs().coolant == 0
+    grbl.after(0.1, "~")
+    grbl.send("")
+    assert grbl.outputs().spindle_direction == 1 and grbl.outputs().coolant == 2
+    assert grbl.position() == [2500, 0, 0, 0, 0, 0]
+
+
+@pytest.mark.parametrize("stop", ["door", "lost"])
+def test_tools_that_were_stopped_start_above_the_job(grbl: Grbl, stop: str) -> None:
+    """Not where the operator has the tool: it may touch a clamp or a probe."""
+    started(grbl, "M3S1000M8\nG1X10F600\n", 0.5, "$75=0.1")
+    if stop == "door":
+        grbl.after(2, "\x84")
+    else:
+        grbl.lose_sender()
+        grbl.after(2)
+    left = grbl.position()
+    said = grbl.after(4, PARK + "$J=G91Z10F2000\n$J=G91Y20F2000\n")
+    assert said == PARKED + "ok\r\nok\r\n" and grbl.outputs().spindle_direction == 0
+    grbl.after(0.2, "~")
+    for _ in range(100):
+        if grbl.outputs().spindle_direction != 0:
+            break
+        grbl.after(0.1)
+    assert grbl.position()[:2] == left[:2] == grbl.stands()[:2] and grbl.position()[2] == left[2] + 10 * STEPS
+    grbl.send("")
+    assert grbl.outputs().spindle_direction == 1 and grbl.outputs().coolant == 2
+    assert grbl.position() == [2500, 0, 0, 0, 0, 0]
+
+
 def test_a_laser_stays_dark_while_it_is_parked(grbl: Grbl) -> None:
     """The monitor of every test looks at the beam after each poll; here the operator asks for it, too."""
     raster = "".join(f"G1X{i / 10}S{i % 2 * 900 + 50}\n" for i in range(1, 80))

@@ -110,6 +110,10 @@ class Model:
         self._follow(said)
         return said
 
+    def rule(self, name: str) -> Rule:
+        """What the table says of an input now."""
+        return self.table.cell(self.state, name, self._conditions(name))
+
     def _conditions(self, name: str) -> frozenset[str]:
         found = {self.activity} & {"dwell", "probe"}
         found |= {"line open"} if self.open_line else set()
@@ -157,7 +161,7 @@ class Model:
         if entry.name == "sender_lost" and self._owned:
             self.sender_gone = True
             return
-        rule = self.table.cell(self.state, entry.name, self._conditions(entry.name))
+        rule = self.rule(entry.name)
         behind = bool(self.aside) and entry.line is not None and self.state in PARKED and not self.lines_ended
         if rule.answer == "waits" or behind:
             (self.aside if self.parked and not self.lines_ended else self.waiting).append(entry.name)
@@ -351,7 +355,7 @@ class Model:
             self.aside.clear()
         while self.aside and self.state in PARKED:
             ended, self.lines_ended = self.lines_ended, False  # they came before the ~
-            rule = self.table.cell(self.state, self.aside[0], self._conditions(self.aside[0]))
+            rule = self.rule(self.aside[0])
             if rule.answer != "waits":
                 name, *behind = self.aside
                 self.aside = []
@@ -363,7 +367,7 @@ class Model:
         if self.parked:
             return
         while self.waiting:
-            rule = self.table.cell(self.state, self.waiting[0], self._conditions(self.waiting[0]))
+            rule = self.rule(self.waiting[0])
             if rule.answer == "waits":
                 return
             self._take(self.table.inputs[self.waiting.pop(0)], said)

@@ -28,6 +28,7 @@ PAIRS = [
 GAPS_S = (0.0, 0.001, 0.0049)
 RESUMES = {"resume_byte", "start_button"}
 HOLDS = {"hold_byte", "hold_button"}
+HOLDS_AGAIN = HOLDS | {"park_byte"}
 SHARDS = 60
 ALL = os.environ.get("WIFICNC_STATES") == "all"
 
@@ -52,13 +53,29 @@ def together(pair: Pair, first: str, second: str, gap_s: float) -> str:
     return said + grbl.after(pair.settled_s)
 
 
-def orders(first: str, second: str) -> Iterator[tuple[str, ...]]:
+def restores(start: Model, name: str) -> bool:
+    """A resume that brings spindle and coolant back before anything moves."""
+    return name in RESUMES and start.rule(name).outputs == "restored"
+
+
+def takes_back(start: Model, hold: str, resume: str, gap_s: float) -> bool:
+    """In the same moment the hold counts and the resume does not. Until the tools are back the machine is held as
+    before: a hold then stops them again, 0xA3 parks, and another resume is needed (docs/states.md, door_closed)."""
+    if hold in HOLDS and resume in RESUMES and gap_s == 0:
+        return True
+    return hold in HOLDS_AGAIN and restores(start, resume)
+
+
+def orders(start: Model, first: str, second: str, gap_s: float) -> Iterator[tuple[str, ...]]:
     """What it may look like, as it came first. A hold is never lost next to a resume; two holds may be one."""
     yield first, second
     if not (first in RESUMES and second in HOLDS):
         yield second, first
     if {first, second} <= HOLDS:
         yield (first,)
+    for resume, hold in ((first, second), (second, first)):
+        if takes_back(start, hold, resume, gap_s):
+            yield (hold,)
 
 
 def expected(start: Model, names: tuple[str, ...]) -> tuple[Model, list[str]]:
@@ -73,7 +90,7 @@ def check(situation: str, first: str, second: str, gap_s: float) -> None:
     pair.reach(situation)
     start, finds = pair.model, []
     said = together(pair, first, second, gap_s)
-    for names in orders(first, second):
+    for names in orders(start, first, second, gap_s):
         pair.model, answered = expected(start, names)
         where = f"{situation}: {first}, {gap_s * 1000:g} ms, {second}, as {' > '.join(names)}: said {said!r}"
         try:
