@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from collections.abc import Iterator
 from typing import Any
 
@@ -124,7 +125,7 @@ def test_nobody_there_is_told_with_the_address(command: list[str]) -> None:
 
 @pytest.mark.usefixtures("controller")
 def test_a_key_that_nobody_wants_does_no_harm() -> None:
-    """WIFICNC_PASSWORD is that of another device."""
+    """WIFICNC_KEY is that of another device."""
     for _ in range(2):
         assert json.loads(invoke("handshake", "--key", "of another device", "--json"))["device_name"] == "WiFiCNC"
 
@@ -132,6 +133,15 @@ def test_a_key_that_nobody_wants_does_no_harm() -> None:
 def test_a_wrong_key_says_that_the_next_answer_is_late() -> None:
     error = refused_error(Type.AUTHENTICATE, Refusal.AUTHENTICATION)
     assert "wrong access key" in str(error) and "later" in (error.hint or "")
+
+
+def test_a_locked_device_leads_to_the_options_that_log_in() -> None:
+    """It led to --password and WIFICNC_PASSWORD, which are none."""
+    hint = refused_error(Type.JOG, Refusal.AUTHENTICATION).hint or ""
+    words = CliRunner().invoke(root, ["wmc3", "jog", "--help"]).output
+    assert "wificnc login" in hint
+    for option in re.findall(r"--[a-z]+|WIFICNC_[A-Z]+", hint) or ["none"]:
+        assert option in words
 
 
 @pytest.mark.parametrize("reason", [reason for reason in Refusal if reason != Refusal.NONE])

@@ -63,7 +63,12 @@ device_option = click.option(
     help="IPv4 address of the device.",
 )
 key_option = click.option(
-    "--key", "access_key", envvar="WIFICNC_KEY", default="", help="Access key, if the device is locked."
+    "--key",
+    "access_key",
+    envvar="WIFICNC_KEY",
+    show_envvar=True,
+    default="",
+    help="Access key, if the device is locked.",
 )
 
 
