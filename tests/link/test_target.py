@@ -87,7 +87,12 @@ def test_what_is_wrong_or_ambiguous_says_how_to_write_it(text: str) -> None:
 
 @pytest.mark.parametrize(
     ("text", "ways"),
-    [("cnc", ["cnc.local", "cnc:23", "./cnc"]), ("ttyUSB0", ["/dev/ttyUSB0"]), ("::1", ["[::1]:2323"]), ("fe80::1", ["[fe80::1]:23"])],
+    [
+        ("cnc", ["cnc.local", "cnc:23", "./cnc"]),
+        ("ttyUSB0", ["/dev/ttyUSB0"]),
+        ("::1", ["[::1]:2323"]),
+        ("fe80::1", ["[fe80::1]:23"]),
+    ],
 )
 def test_the_hint_has_what_would_be_right(text: str, ways: list[str]) -> None:
     with pytest.raises(UserError) as caught:

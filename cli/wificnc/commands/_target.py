@@ -20,8 +20,8 @@ _to = click.option(
     show_envvar=True,
     required=True,
     metavar="TARGET",
-    help=f"The controller: [:KEY@]HOST[:PORT], or a serial port: /dev/ttyUSB0[?baud=115200], COM3. PORT is {BOARD_PORT} "
-    f"if not given, {SERVE_PORT} on this computer. tcp:// and serial:// may precede them.",
+    help=f"The controller: [:KEY@]HOST[:PORT], or a serial port: /dev/ttyUSB0[?baud=115200], COM3. Without PORT: "
+    f"{BOARD_PORT}, on this computer {SERVE_PORT}. tcp:// and serial:// may precede them.",
 )
 _take = click.option("--take", is_flag=True, help="Take control from the client that is in control now.")
 
