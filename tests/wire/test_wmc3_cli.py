@@ -6,18 +6,20 @@ import json
 import os
 import re
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import pytest
 from click.testing import CliRunner
+from patience import HANG_S
 from wificnc.app import root
 from wificnc.board.load import load_board
 from wificnc.commands.wmc3 import SLICES_MAX, parse_moves, slices
 from wificnc.errors import RefusedError, UserError
 from wificnc.serve.options import ServeOptions
 from wificnc.serve.server import Server
-from wificnc.wmc3.device import find_key, pack_value
-from wificnc.wmc3.layout import Refusal, Type
+from wificnc.wmc3.device import Device, find_key, pack_value
+from wificnc.wmc3.layout import Refusal, Resume, Type
 from wificnc.wmc3.refused import refused_error
 
 ADDRESS = f"127.61.{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}"
@@ -153,6 +155,23 @@ def test_every_refusal_has_words_and_a_hint(reason: Refusal) -> None:
 
 def test_a_refusal_of_a_newer_device() -> None:
     assert "reason 99" in str(refused_error(Type.HOME, 99))
+
+
+@pytest.mark.usefixtures("controller")
+def test_motion_in_a_hold_says_that_it_waits() -> None:
+    """It waited without a word."""
+    invoke("hold")
+
+    def resume_when_it_waits() -> None:
+        with Device(ADDRESS) as other:
+            assert any(report.buffer_free < report.buffer_total for report in other.reports(HANG_S))
+            other.command(Resume())
+
+    with ThreadPoolExecutor(1) as pool:
+        resumed = pool.submit(resume_when_it_waits)
+        result = CliRunner().invoke(root, ["wmc3", "motion", "X=10", "--to", ADDRESS])
+        resumed.result(HANG_S)
+    assert result.exit_code == 0 and "wificnc wmc3 resume" in result.stderr
 
 
 # ---- moves ----
