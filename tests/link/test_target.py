@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import pty
+import re
 import tty
 from pathlib import Path
 
@@ -13,24 +14,28 @@ from click.testing import CliRunner
 from core_bridge import Bridge
 from patience import HANG_S
 from wificnc.app import root
+from wificnc.build.checkout import checkout_root
 from wificnc.errors import Exit, LinkError, UserError
 from wificnc.flash.ota import PORT as OTA_PORT
-from wificnc.link.port import DEFAULT_PORT
+from wificnc.link.port import BOARD_PORT, SERVE_PORT
 from wificnc.link.target import NetworkTarget, SerialTarget, host_and_port, is_target, parse_target
 from wificnc.link.transport import open_transport
 
 NETWORK = [
     ("127.0.0.1:2323", "127.0.0.1", 2323),
     ("tcp://127.0.0.1:2323", "127.0.0.1", 2323),
-    ("192.168.1.5", "192.168.1.5", DEFAULT_PORT),
-    ("tcp://192.168.1.5", "192.168.1.5", DEFAULT_PORT),
+    ("192.168.1.5", "192.168.1.5", BOARD_PORT),
+    ("tcp://192.168.1.5", "192.168.1.5", BOARD_PORT),
     ("wificnc-1a2b.local:23", "wificnc-1a2b.local", 23),
-    ("wificnc-1a2b.local", "wificnc-1a2b.local", DEFAULT_PORT),
-    ("localhost", "localhost", DEFAULT_PORT),
+    ("wificnc-1a2b.local", "wificnc-1a2b.local", BOARD_PORT),
+    ("localhost", "localhost", SERVE_PORT),
     ("mill:23", "mill", 23),
-    ("tcp://mill", "mill", DEFAULT_PORT),
+    ("127.0.0.61", "127.0.0.61", SERVE_PORT),
+    ("tcp://mill", "mill", BOARD_PORT),
     ("[::1]:2323", "::1", 2323),
-    ("[::1]", "::1", DEFAULT_PORT),
+    ("[::1]", "::1", SERVE_PORT),
+    ("[fe80::1]", "fe80::1", BOARD_PORT),
+    ("[fe80::1%eth0]", "fe80::1%eth0", BOARD_PORT),
     ("tcp://[fe80::1]:23", "fe80::1", 23),
     (" 127.0.0.1:23 ", "127.0.0.1", 23),
     ("TCP://127.0.0.1:23", "127.0.0.1", 23),
@@ -82,7 +87,12 @@ def test_what_is_wrong_or_ambiguous_says_how_to_write_it(text: str) -> None:
 
 @pytest.mark.parametrize(
     ("text", "ways"),
-    [("cnc", ["cnc.local", "cnc:2323", "./cnc"]), ("ttyUSB0", ["/dev/ttyUSB0"]), ("::1", ["[::1]:2323"])],
+    [
+        ("cnc", ["cnc.local", "cnc:23", "./cnc"]),
+        ("ttyUSB0", ["/dev/ttyUSB0"]),
+        ("::1", ["[::1]:2323"]),
+        ("fe80::1", ["[fe80::1]:23"]),
+    ],
 )
 def test_the_hint_has_what_would_be_right(text: str, ways: list[str]) -> None:
     with pytest.raises(UserError) as caught:
@@ -144,17 +154,24 @@ def test_a_device_without_a_scheme() -> None:
     os.close(master)
 
 
-def test_a_closed_default_port_leads_to_that_of_a_board(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_login_of_a_start_page_asks_at_the_port_of_a_board() -> None:
+    """It asked at that of `wificnc serve`, which no board opens."""
+    page = (checkout_root() / "docs/start/esp32-wroom32.md").read_text(encoding="utf-8")
+    found = re.search(r"^wificnc login (\S+)", page, re.MULTILINE)
+    assert found and parse_target(found[1]) == NetworkTarget("192.168.1.20", BOARD_PORT)
+
+
+def test_a_closed_default_port_leads_to_that_of_serve(monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(*_: object) -> None:
         raise ConnectionRefusedError(111, "Connection refused")
 
     monkeypatch.setattr("socket.create_connection", refuse)
     with pytest.raises(LinkError) as caught:
         open_transport("192.168.1.5")
-    assert "192.168.1.5:23" in (caught.value.hint or "")
+    assert "192.168.1.5:2323" in (caught.value.hint or "")
     with pytest.raises(LinkError) as caught:
         open_transport("127.0.0.1")
-    assert ":23" not in (caught.value.hint or "") and "wificnc serve" in (caught.value.hint or "")
+    assert "127.0.0.1:" not in (caught.value.hint or "") and "wificnc serve" in (caught.value.hint or "")
 
 
 @pytest.mark.parametrize("text", ["127.0.0.1:2323", "tcp://127.0.0.1", "/dev/ttyUSB0", "COM3", ""])

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from serve_peer import Peer, Serve, connect
 from wificnc.commands.login import command
+from wificnc.commands.unlock import command as unlock_command
 from wificnc.errors import RefusedError, UserError
 from wificnc.link.access import login_proof, normal_key
 from wificnc.link.transport import SocketTransport
@@ -123,3 +124,20 @@ def test_open_access_needs_no_trust(serve: Serve) -> None:
 def test_a_serial_port_needs_no_login() -> None:
     with pytest.raises(UserError, match="serial port"):
         login("/dev/ttyUSB0", "--key", KEY)
+
+
+def unlock(address: object, *arguments: str) -> None:
+    unlock_command.main(["--to", str(address), "--reset", *arguments], standalone_mode=False)
+
+
+def test_a_reset_of_a_client_that_may_not_reset_says_why(serve: Serve, capfd: pytest.CaptureFixture[str]) -> None:
+    """It said that the controller does not answer, and to check the baud rate."""
+    with pytest.raises(RefusedError, match="is locked"):
+        unlock(serve(key=KEY).tcp)
+    server = serve()
+    with connect(server) as owner:
+        assert owner.ask("G0X1") == ["ok"]
+        with pytest.raises(RefusedError, match="another client is in control"):
+            unlock(server.tcp)
+        unlock(server.tcp, "--take")
+    assert "not locked: Idle" in capfd.readouterr().err

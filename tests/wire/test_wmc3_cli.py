@@ -4,19 +4,22 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import pytest
 from click.testing import CliRunner
+from patience import HANG_S
 from wificnc.app import root
 from wificnc.board.load import load_board
 from wificnc.commands.wmc3 import SLICES_MAX, parse_moves, slices
 from wificnc.errors import RefusedError, UserError
 from wificnc.serve.options import ServeOptions
 from wificnc.serve.server import Server
-from wificnc.wmc3.device import find_key, pack_value
-from wificnc.wmc3.layout import Refusal, Type
+from wificnc.wmc3.device import Device, find_key, pack_value
+from wificnc.wmc3.layout import Refusal, Resume, Type
 from wificnc.wmc3.refused import refused_error
 
 ADDRESS = f"127.61.{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}"
@@ -124,7 +127,7 @@ def test_nobody_there_is_told_with_the_address(command: list[str]) -> None:
 
 @pytest.mark.usefixtures("controller")
 def test_a_key_that_nobody_wants_does_no_harm() -> None:
-    """WIFICNC_PASSWORD is that of another device."""
+    """WIFICNC_KEY is that of another device."""
     for _ in range(2):
         assert json.loads(invoke("handshake", "--key", "of another device", "--json"))["device_name"] == "WiFiCNC"
 
@@ -132,6 +135,15 @@ def test_a_key_that_nobody_wants_does_no_harm() -> None:
 def test_a_wrong_key_says_that_the_next_answer_is_late() -> None:
     error = refused_error(Type.AUTHENTICATE, Refusal.AUTHENTICATION)
     assert "wrong access key" in str(error) and "later" in (error.hint or "")
+
+
+def test_a_locked_device_leads_to_the_options_that_log_in() -> None:
+    """It led to --password and WIFICNC_PASSWORD, which are none."""
+    hint = refused_error(Type.JOG, Refusal.AUTHENTICATION).hint or ""
+    words = CliRunner().invoke(root, ["wmc3", "jog", "--help"]).output
+    assert "wificnc login" in hint
+    for option in re.findall(r"--[a-z]+|WIFICNC_[A-Z]+", hint) or ["none"]:
+        assert option in words
 
 
 @pytest.mark.parametrize("reason", [reason for reason in Refusal if reason != Refusal.NONE])
@@ -143,6 +155,23 @@ def test_every_refusal_has_words_and_a_hint(reason: Refusal) -> None:
 
 def test_a_refusal_of_a_newer_device() -> None:
     assert "reason 99" in str(refused_error(Type.HOME, 99))
+
+
+@pytest.mark.usefixtures("controller")
+def test_motion_in_a_hold_says_that_it_waits() -> None:
+    """It waited without a word."""
+    invoke("hold")
+
+    def resume_when_it_waits() -> None:
+        with Device(ADDRESS) as other:
+            assert any(report.buffer_free < report.buffer_total for report in other.reports(HANG_S))
+            other.command(Resume())
+
+    with ThreadPoolExecutor(1) as pool:
+        resumed = pool.submit(resume_when_it_waits)
+        result = CliRunner().invoke(root, ["wmc3", "motion", "X=10", "--to", ADDRESS])
+        resumed.result(HANG_S)
+    assert result.exit_code == 0 and "wificnc wmc3 resume" in result.stderr
 
 
 # ---- moves ----

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 import rich_click as click
 
 from wificnc.link.client import Target
-from wificnc.link.port import DEFAULT_PORT
+from wificnc.link.port import BOARD_PORT, SERVE_PORT
 
 FunctionT = TypeVar("FunctionT", bound=Callable[..., Any])
 
@@ -20,8 +20,8 @@ _to = click.option(
     show_envvar=True,
     required=True,
     metavar="TARGET",
-    help=f"The controller: [:PASSWORD@]HOST[:{DEFAULT_PORT}], or a serial port: /dev/ttyUSB0[?baud=115200], COM3. "
-    "tcp:// and serial:// may precede them.",
+    help=f"The controller: [:KEY@]HOST[:PORT], or a serial port: /dev/ttyUSB0[?baud=115200], COM3. Without PORT: "
+    f"{BOARD_PORT}, on this computer {SERVE_PORT}. tcp:// and serial:// may precede them.",
 )
 _take = click.option("--take", is_flag=True, help="Take control from the client that is in control now.")
 

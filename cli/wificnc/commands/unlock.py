@@ -9,7 +9,7 @@ from wificnc.commands._target import controller_option, json_option
 from wificnc.commands.status import status_json
 from wificnc.errors import LinkError, RefusedError
 from wificnc.link import realtime
-from wificnc.link.client import Client, Target, connected
+from wificnc.link.client import TAKE_OVER, Client, Target, connected, who_commands
 from wificnc.link.protocol import Banner
 from wificnc.link.transport import open_transport
 
@@ -44,15 +44,23 @@ def command(target: Target, reset: bool, as_json: bool) -> None:
 
 
 def reset_controller(target: Target) -> None:
-    """Ctrl-X, and wait for the banner. Raises LinkError."""
+    """Ctrl-X, and wait for the banner.
+
+    Raises:
+        LinkError: there is none.
+        RefusedError: another client is in control, or the controller is locked: it takes no reset of ours.
+    """
     client = Client(open_transport(str(target)))
     try:
-        client.send(realtime.RESET)
+        client.send((TAKE_OVER if target.take else b"") + realtime.RESET)
         deadline = client.clock() + BANNER_S
         while client.clock() < deadline:
             client.wait(deadline - client.clock())
-            if any(isinstance(message, Banner) for message in client.receive()):
-                return
+            for message in client.receive():
+                if isinstance(message, Banner):
+                    return
+                if not (target.take and who_commands(message)):
+                    client.expect_control(message)
         raise LinkError(
             f"{client.transport.name} does not answer a reset", hint="check that it is a controller, and its baud rate"
         )

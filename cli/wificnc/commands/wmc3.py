@@ -45,6 +45,7 @@ from wificnc.wmc3.layout import (
     StatusFlag,
 )  # fmt: skip
 from wificnc.wmc3.measure import measure_reports, measure_trips, method
+from wificnc.wmc3.stream import StreamSender
 
 AXES = "XYZABC"
 SLICE_S = 0.01
@@ -63,7 +64,12 @@ device_option = click.option(
     help="IPv4 address of the device.",
 )
 key_option = click.option(
-    "--key", "access_key", envvar="WIFICNC_KEY", default="", help="Access key, if the device is locked."
+    "--key",
+    "access_key",
+    envvar="WIFICNC_KEY",
+    show_envvar=True,
+    default="",
+    help="Access key, if the device is locked.",
 )
 
 
@@ -333,7 +339,15 @@ def take(device: Device, discard: bool, seconds: float) -> None:
 @json_option
 def motion(device: Device, moves: tuple[str, ...], speed: float, as_json: bool) -> None:
     """Move some axes by steps, as a stream: every step arrives. `motion X=1000 Y=-500`"""
-    sender = device.stream(slices(parse_moves(moves), speed))
+    told = False
+
+    def report_hold(sender: StreamSender) -> None:
+        nonlocal told
+        if sender.is_held and not told:
+            ui.note("the machine is in a hold; this waits until `wificnc wmc3 resume`, or Ctrl-C gives up")
+        told = sender.is_held
+
+    sender = device.stream(slices(parse_moves(moves), speed), report_hold)
     result = {"segments": sender.end, "executed": sender.done, "underruns": sender.underruns, "datagrams": sender.sent}
     if as_json:
         ui.emit_json(result)

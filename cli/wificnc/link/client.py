@@ -249,11 +249,15 @@ class Client:
                 echoed = True
             elif isinstance(message, Ok) and echoed:
                 return
-            elif (other := who_commands(message)) is not None:
-                raise RefusedError(f"another client is in control: {other}", hint="--take takes control")
-            elif isinstance(message, Bracket) and message.body.startswith(LOCKED):
-                raise RefusedError(f"{self.transport.name} is locked", hint="--to tcp://:KEY@HOST, or wificnc login")
+            self.expect_control(message)
         raise LinkError(f"{self.transport.name} reports its state but does not answer lines")
+
+    def expect_control(self, message: Message) -> None:
+        """Raises RefusedError: by this message our lines and resets are not taken."""
+        if (other := who_commands(message)) is not None:
+            raise RefusedError(f"another client is in control: {other}", hint="--take takes control")
+        if isinstance(message, Bracket) and message.body.startswith(LOCKED):
+            raise RefusedError(f"{self.transport.name} is locked", hint="--to tcp://:KEY@HOST, or wificnc login")
 
     def command(
         self,

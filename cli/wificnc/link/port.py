@@ -1,7 +1,6 @@
-"""TCP ports at which controllers listen: of `wificnc serve`, and of a target without one; and of boards with a network
-(targets/esp32/main/online.c)."""
+"""TCP ports at which controllers listen: `wificnc serve`, and boards with a network (targets/esp32/main/online.c)."""
 
 from __future__ import annotations
 
-DEFAULT_PORT = 2323
+SERVE_PORT = 2323
 BOARD_PORT = 23

@@ -1,6 +1,6 @@
 """How a controller is named: an address of the network or a serial port, with its scheme or without.
 
-tcp://[:PASSWORD@]HOST[:PORT]    192.168.1.20:23    wificnc-1a2b.local    [::1]:2323
+tcp://[:KEY@]HOST[:PORT]         192.168.1.20:23    wificnc-1a2b.local    [::1]:2323
 serial://PORT[?baud=BAUD]        /dev/ttyUSB0       COM3                  ./cnc
 """
 
@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from urllib.parse import parse_qs, unquote
 
 from wificnc.errors import UserError
-from wificnc.link.port import DEFAULT_PORT
+from wificnc.link.port import BOARD_PORT, SERVE_PORT
 
 DEFAULT_BAUD = 115200
 PORT_MAX = 65535
-TARGET_HINT = f"write HOST:PORT, like 192.168.1.20:{DEFAULT_PORT}, or a serial port, like /dev/ttyUSB0 or COM3"
+TARGET_HINT = f"write HOST:PORT, like 192.168.1.20:{BOARD_PORT}, or a serial port, like /dev/ttyUSB0 or COM3"
 
 _SCHEME = re.compile(r"([a-z]+)://(.*)", re.IGNORECASE)
 _SERIAL = re.compile(r"(?:/|\.{1,2}/|~/|\\\\\.\\|COM\d+(?:\?|$)).*", re.IGNORECASE)
@@ -94,11 +94,20 @@ def _network(text: str, place: str) -> NetworkTarget:
     user, at, address = place.rpartition("@")
     if at and not user.startswith(":"):
         raise _invalid(text, "an access key is written as :KEY@HOST, without a user name")
-    host, port = _host_and_port(text, address, DEFAULT_PORT)
+    host, port = _host_and_port(text, address, None)
     return NetworkTarget(host, port, unquote(user[1:]))
 
 
-def _host_and_port(text: str, address: str, default_port: int) -> tuple[str, int]:
+def is_this_computer(host: str) -> bool:
+    """Whether only `wificnc serve` can be there, and no board."""
+    try:
+        return host == "localhost" or ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False
+
+
+def _host_and_port(text: str, address: str, default_port: int | None) -> tuple[str, int]:
+    """@param default_port: None: where a controller listens at that host"""
     found = _HOST.fullmatch(address)
     if found is None:
         raise _invalid(text, "it is neither HOST:PORT nor a serial port")
@@ -109,10 +118,16 @@ def _host_and_port(text: str, address: str, default_port: int) -> tuple[str, int
         _check(ipaddress.IPv4Address, text, host)
     elif _COM.fullmatch(host):
         raise _invalid(text, f"{host} is a serial port, and those have no TCP port", f"{host} alone")
+    if default_port is None:
+        default_port = _port_at(host)
     port = default_port if found["port"] is None else int(found["port"])
     if not 0 < port <= PORT_MAX:
         raise _invalid(text, f"a TCP port is 1 to {PORT_MAX}")
     return host, port
+
+
+def _port_at(host: str) -> int:
+    return SERVE_PORT if is_this_computer(host) else BOARD_PORT
 
 
 def _check(kind: type[ipaddress.IPv4Address] | type[ipaddress.IPv6Address], text: str, host: str) -> None:
@@ -128,10 +143,10 @@ def _refuse_ambiguous(text: str) -> None:
     if _TTY.fullmatch(name):
         raise _invalid(text, "a serial port needs its whole name", f"/dev/{text}")
     if text != "localhost" and re.fullmatch(r"[A-Za-z][A-Za-z0-9_-]*", name):
-        ways = f"{name}.local or {name}:{DEFAULT_PORT} for a controller in the network, ./{name} for a serial port"
+        ways = f"{name}.local or {name}:{BOARD_PORT} for a controller in the network, ./{name} for a serial port"
         raise _invalid(text, "it may be a host or a serial port", ways)
     if text.count(":") > 1 and re.fullmatch(r"[0-9A-Fa-f:.%]+", text):
-        raise _invalid(text, "an IPv6 address needs brackets", f"[{text}]:{DEFAULT_PORT}")
+        raise _invalid(text, "an IPv6 address needs brackets", f"[{text}]:{_port_at(text)}")
 
 
 def _invalid(text: str, why: str, hint: str = TARGET_HINT) -> UserError:

@@ -14,8 +14,8 @@ import serial
 
 from wificnc.errors import LinkError, RefusedError
 from wificnc.link.access import login_proof
-from wificnc.link.port import BOARD_PORT, DEFAULT_PORT
-from wificnc.link.target import NetworkTarget, parse_target
+from wificnc.link.port import BOARD_PORT, SERVE_PORT
+from wificnc.link.target import NetworkTarget, is_this_computer, parse_target
 
 CONNECT_TIMEOUT_S = 5.0
 SEND_TIMEOUT_S = 5.0
@@ -181,11 +181,13 @@ def _open_tcp(target: NetworkTarget) -> SocketTransport:
     try:
         connection = socket.create_connection((target.host, target.port), CONNECT_TIMEOUT_S)
     except OSError as err:
-        is_elsewhere = target.host not in ("127.0.0.1", "::1", "localhost")
-        board = f"; a board listens at {host}:{BOARD_PORT}" if is_elsewhere and target.port == DEFAULT_PORT else ""
+        serve = "`wificnc serve` simulates one"
+        if not is_this_computer(target.host):
+            at = f"{host}:{SERVE_PORT}" if target.port == BOARD_PORT else f"{host}:{BOARD_PORT}"
+            serve = f"`wificnc serve` listens at {at}" if target.port == BOARD_PORT else f"a board listens at {at}"
         raise LinkError(
             f"cannot reach {name}: {err.strerror or err}",
-            hint=f"check that the controller is on and on this network{board}; `wificnc serve` simulates one",
+            hint=f"check that the controller is on and on this network; {serve}",
         ) from err
     connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)

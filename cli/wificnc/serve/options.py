@@ -13,13 +13,13 @@ from wificnc.board.pin_keys import pin_keys
 from wificnc.board.rules import step_spread_ns
 from wificnc.board.shift_registers import step_grid_ns
 from wificnc.errors import UserError
-from wificnc.link.port import DEFAULT_PORT
+from wificnc.link.port import SERVE_PORT
 from wificnc.machine import Machine
 from wificnc.protocol import AXES
 from wificnc.sim.native import Tasks
 
 DEFAULT_HTTP_PORT = 8080
-DEFAULT_TCP = f"127.0.0.1:{DEFAULT_PORT}"
+DEFAULT_TCP = f"127.0.0.1:{SERVE_PORT}"
 MAX_SPEED = 1e6
 LINEAR = "xyz"
 FROM_END_MM = 10.0  # of the tool at power-on
@@ -65,7 +65,7 @@ class ServeOptions:
     store: Path | None = None  # keeps settings, offsets and startup lines
 
 
-def parse_address(text: str, option: str = "--tcp", port: int = DEFAULT_PORT) -> Address | None:
+def parse_address(text: str, option: str = "--tcp", port: int = SERVE_PORT) -> Address | None:
     """'127.0.0.1:2323', ':2323', 'localhost' or '[::1]:0'; 'off' is None. Raises UserError."""
     if text == "off":
         return None

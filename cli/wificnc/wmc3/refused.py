@@ -14,7 +14,7 @@ HINTS: dict[Refusal, str] = {
     Refusal.OWNER: "wificnc wmc3 counters shows the owner; motion is released when the owner stops sending",
     Refusal.UNKNOWN_TYPE: "wificnc wmc3 handshake shows the capabilities of this device",
     Refusal.READ_ONLY: "the board file decides it (boards/), or this target does not have it",
-    Refusal.AUTHENTICATION: "--password, or WIFICNC_PASSWORD",
+    Refusal.AUTHENTICATION: "--key, or WIFICNC_KEY; or wificnc login, for all programs of this computer",
     Refusal.IO_MODULE: "wificnc wmc3 channel and output are for it",
     Refusal.PIN: "boards/ and docs/esp32.md list the free pins and the input-only pins",
     Refusal.NOT_OUTPUT: "wificnc wmc3 channel N --output --pin P makes it one",

@@ -14,6 +14,7 @@ from wificnc.wmc3.layout import (
     Refusal,
     Segment,
     SegmentFlag,
+    State,
     StreamAck,
     StreamSegments,
 )  # fmt: skip
@@ -36,6 +37,7 @@ class StreamSender:
         self.done = 0  # all before it are executed
         self.end = 0  # segments put so far
         self.underruns = 0
+        self.is_held = False  # in a feed hold, or its door is open
         self.sent = 0  # datagrams
         self._limit = capacity  # segments before it have room there
         self._resend_s = resend_s
@@ -87,6 +89,7 @@ class StreamSender:
         self.next, self.done = max(self.next, ack.next), max(self.done, ack.done)
         self.underruns = max(self.underruns, ack.underruns)
         self._limit = max(self._limit, ack.next + ack.free)
+        self.is_held = ack.state == State.HOLD
         taken = [n for n in self._waiting if n < self.next or (n >= ack.next and _bit(ack.taken, n - ack.next))]
         for number in taken:
             del self._waiting[number]
