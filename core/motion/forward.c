@@ -166,6 +166,16 @@ static struct stage find_stage(const struct emit *emit, const struct piece *piec
     return (struct stage){end_mm, accel_mm_s2, piece->blend_y, true};
 }
 
+/* Braking for a late task takes no steps, but motion may continue in the middle of it, as fast as the plan
+ * allows there: what it braked with counts, so that it may brake on with as much. */
+static ramp_state ramp_of_stop(const struct emit *emit, const struct piece *piece, float accel_mm_s2,
+                               float time_s) {
+    if (emit->stop != AHEAD_STOP || emit->plan->path.mean_s <= 0.0f || emit->y <= 0.0f)
+        return 0.0f;
+    const struct ramp_way way = find_way(emit, piece);
+    return ramp_after(&way, emit->ramp, -accel_mm_s2, time_s);
+}
+
 static float travel_line(struct emit *emit, float time_s) {
     const struct piece *piece = tail_piece(emit);
     float tiny_mm = ROUNDING * (piece->length_mm - piece->tangent_mm); /* less than that may change nothing */
@@ -183,7 +193,6 @@ static float travel_line(struct emit *emit, float time_s) {
         if (ramp_is_needed(&way, emit->ramp))
             return travel_ramp(emit, &way, time_s);
     }
-    emit->ramp = 0.0f;
     float way_mm = left_mm, y1 = y - two_a * left_mm;
     if (emit->hold || y > limit * (1.0f + 100.0f * ROUNDING)) {
         float target = emit->hold ? 0.0f : limit;
@@ -212,6 +221,7 @@ static float travel_line(struct emit *emit, float time_s) {
     float part = run(emit, way_mm, y1, &time_s);
     emit->along_mm = to_end && part == 1.0f ? (double)end_mm : emit->along_mm + (double)(part * way_mm);
     emit->path_mm_s = sqrtf(emit->y);
+    emit->ramp = ramp_of_stop(emit, piece, stage.accel_mm_s2, time_s);
     if (to_end && part == 1.0f && stage.last)
         end_line(emit, piece);
     return time_s;
