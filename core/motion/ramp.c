@@ -76,7 +76,7 @@ static bool is_far(const struct ramp_way *way) {
 
 float ramp_stop(const struct ramp_way *way, ramp_state state, float v, float time_s) {
     bool hard = v - way->accel * time_s >= way->near * way->mean_s; /* the rest of v takes mean_s of `near` */
-    if (is_far(way) && state <= -way->mean_s && hard)
+    if (is_far(way) && state <= -way->mean_s && (hard || !may(way, state, v, -way->near, time_s)))
         return -way->accel;
     return state > way->mean_s ? way->calm : -way->near;
 }

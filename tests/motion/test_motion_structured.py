@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from lawful import COARSE, FINE, Machine, accelerations, assert_ends_at, assert_lawful, assert_on_path, derivatives
 from motion_host import Run
@@ -149,6 +149,12 @@ def beginning(text: str, most: int = 1000) -> str:
 
 @common
 @given(path=structured_paths(), machine=machines, what=interferences, mode=path_modes)
+@example(  # a hold while limited jerk brakes gently, of a plan that needs hard braking next
+    path=Path(((0, 0, 0), (0.5, 0, 0), (0.5, 0.004, 0), (0, 0.004, 0)), 100, 2, (), ()),
+    machine=Machine(jerk_mm_s3=5000, shapers=((1, 40, 0.02),)),
+    what=[(1, "!"), (1, "\x91" * 5), (1, "\x91" * 5), (1, "~"), (150, "!")],
+    mode="G64",
+)
 def test_holds_and_overrides_at_any_time(path: Path, machine: Machine, what: list[tuple[int, str]], mode: str) -> None:
     host = machine.host()
     host.start(beginning(program(path, mode)))
