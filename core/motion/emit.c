@@ -3,6 +3,7 @@
 
 #include "base/debug.h"
 #include "motion/emit_place.h"
+#include "motion/emit_power.h"
 #include "motion/emit_stop.h"
 #include "motion/forward.h"
 
@@ -322,34 +323,6 @@ static void finish(struct emit *emit, struct segment *segment, uint32_t ns) {
     DEBUG(DEBUG_MOTION, "segment: line, ns", segment->line, segment->duration_ns);
 }
 
-static bool is_cut(const struct piece *piece) {
-    return (piece->flags & MOTION_FLAG_CUT) != 0;
-}
-
-/* The piece whose F counts: part of a shaped sample may be of the cut before its piece, and the light of a
- * signal at the end of a rapid comes in the cut that follows. */
-static const struct piece *burnt_piece(const struct emit *emit, const struct piece *piece) {
-    struct path *path = &emit->plan->path;
-    uint32_t index = (uint32_t)(piece - path->pieces);
-    const struct piece *before = path_piece(path, index - 1), *next = path_piece(path, index + 1);
-    if (!is_cut(piece) && shaper_is_on(emit->shaper) && is_cut(before))
-        return before;
-    bool newest = piece == path_piece(path, path->head - 1);
-    return !is_cut(piece) && emit->beam.rise_s > 0.0f && !newest && is_cut(next) ? next : piece;
-}
-
-/* What a laser shows on it: F is that of a piece, to the place and the speed at its end. */
-static void set_power(struct emit *emit, struct segment *segment, const struct piece *piece, uint32_t to,
-                      float v0, float v1, float time_s) {
-    float feed_mm_s = emit->beam.on ? sqrtf(burnt_piece(emit, piece)->asked_sq) : 0.0f;
-    const struct power_way way = {to, v0, v1, feed_mm_s, time_s, emit->stop != AHEAD_GO || !emit->beam.on};
-    if (shaper_is_on(emit->shaper) || emit->beam.rise_s > 0.0f)
-        segment->flags |= SEGMENT_CUT; /* S may be that of a cut, whatever most of it is */
-    power_segment(&emit->plan->power, &emit->power, &way, &emit->beam, emit->ahead->queue, segment);
-    if ((segment->duty[0] | segment->duty[1] | segment->power_count) == 0 && !is_cut(piece))
-        segment->flags &= (uint8_t)~SEGMENT_CUT;
-}
-
 static int16_t ramp(float v0, float v1) {
     return (int16_t)(v0 + v1 > 0.0f ? (v1 - v0) / (v0 + v1) * (float)SEGMENT_RAMP_ONE : 0.0f);
 }
@@ -363,7 +336,7 @@ static void make_sample(struct emit *emit, struct segment *segment) {
     emit->v_mm_s = emit->path_mm_s;
     segment->ramp = ramp(v0, emit->v_mm_s);
     set_axes(emit, segment, at);
-    set_power(emit, segment, piece, travel_power_place(emit), v0, emit->v_mm_s, time_s);
+    emit_power(emit, segment, piece, travel_power_place(emit), v0, emit->v_mm_s, time_s);
     finish(emit, segment, duration_ns(emit, time_s));
 }
 
@@ -411,12 +384,15 @@ static float shaped_mm_s(const struct emit *emit) {
     return sqrtf(sum);
 }
 
-/* Steps to where the shaper has the axes. */
-static void set_shaped(struct emit *emit, struct segment *segment) {
+/* Steps to where the shaper has the axes. @return the mean speed of the steps, as a part of that of its ends:
+ * between them the shaped speed is a curve, and that of the steps a line */
+static float set_shaped(struct emit *emit, struct segment *segment, float time_s) {
     float v0 = emit->v_mm_s;
     set_axes(emit, segment, emit->shape.out);
     emit->v_mm_s = is_behind(emit) ? shaped_mm_s(emit) : 0.0f;
     segment->ramp = ramp(v0, emit->v_mm_s);
+    float ends_mm = 0.5f * (v0 + emit->v_mm_s) * time_s;
+    return ends_mm > 0.0f ? emit_segment_mm(emit, segment) / ends_mm : 1.0f;
 }
 
 /* A sample of the path, and where the axes are after it. */
@@ -432,8 +408,9 @@ static void make_shaped(struct emit *emit, struct segment *segment) {
     piece = &emit->plan->path.pieces[emit->shape.piece];
     segment->line = piece->line;
     segment->flags = segment_flags(piece->flags);
-    set_shaped(emit, segment);
-    set_power(emit, segment, piece, (uint32_t)emit->shape.out[SHAPER_PLACE], v0, emit->v_mm_s, time_s);
+    float part = set_shaped(emit, segment, time_s);
+    emit_power(emit, segment, piece, (uint32_t)emit->shape.out[SHAPER_PLACE], part * v0, part * emit->v_mm_s,
+               time_s);
     finish(emit, segment, ns);
 }
 
@@ -475,7 +452,7 @@ static void make_geared(struct emit *emit, struct segment *segment) {
         emit->path_mm_s = fabsf(gear->v_mm_s);
         if (shaped) {
             push_sample(emit, at, (float)time_s, ns, v0, &emit->plan->path.pieces[emit->shape.piece]);
-            set_shaped(emit, segment);
+            (void)set_shaped(emit, segment, (float)time_s);
         } else {
             segment->ramp = ramp(v0, emit->path_mm_s);
             emit->v_mm_s = emit->path_mm_s;
