@@ -271,6 +271,8 @@ static void take_observers(struct net_hub *hub, struct net_client *client, char 
     client->letters = 0;
     client->skips = client->spoiled = false;
     if (takes) {
+        if (hub->owner != NULL) /* who holds its jog key down is not in control now */
+            put_realtime(hub, hub->owner, JOG_CANCEL);
         net_hub_set_owner(hub, client);
         take_owners(hub, client, '\n', true);
     } else if (sound && net_hub_answer_access(hub, client, client->typed, size)) {

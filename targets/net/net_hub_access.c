@@ -96,6 +96,20 @@ static const char *revoke(struct access *access, const char *word, size_t size) 
     return "That address is not trusted any more";
 }
 
+/* A sender that was connected before: what it has sent is lost, so it must not continue in the middle. */
+static bool explain_trust(struct net_hub *hub, struct net_client *client) {
+    if (!access_may(hub->access, client->stream.peer))
+        return false;
+    net_hub_say_message(hub, client, "This address is trusted now: connect again");
+    return true;
+}
+
+static void explain_trust_to_all(struct net_hub *hub) {
+    for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
+        if (net_hub_is_open(client) && client->locked && !client->waits)
+            (void)explain_trust(hub, client);
+}
+
 static bool take_trust(struct net_hub *hub, struct net_client *client, const char *line, size_t size) {
     const char *word = line + TRUST_LENGTH, *refusal = "$TRUST is no, day, always, none, or no and a number";
     if (is_word(line, size, list_line)) {
@@ -113,6 +127,7 @@ static bool take_trust(struct net_hub *hub, struct net_client *client, const cha
         refusal = trust(hub, client, &spans[i]);
         if (refusal == NULL) {
             net_hub_say_message(hub, client, spans[i].text);
+            explain_trust_to_all(hub);
             return true;
         }
     }
@@ -224,8 +239,10 @@ void net_hub_log_in(struct net_hub *hub, struct net_client *client) {
         return;
     }
     if (!net_hub_is_login(net_queue_head(&client->in), client->in.count)) {
-        net_hub_say_message(hub, client, net_hub_locked_out);
-        note_knock(hub, client);
+        if (!explain_trust(hub, client)) {
+            net_hub_say_message(hub, client, net_hub_locked_out);
+            note_knock(hub, client);
+        }
         net_queue_free(&client->in);
         return;
     }

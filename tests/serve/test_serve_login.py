@@ -33,6 +33,22 @@ def test_a_login_lets_the_senders_of_this_computer_in_until_it_is_revoked(serve:
         assert "[MSG:Locked" in sender.until("MSG:")[-1]
 
 
+def test_a_sender_that_was_connected_before_the_login_is_told_to_connect_again(serve: Serve) -> None:
+    """It was asked to log in, although its address was trusted. What it has sent is lost, so it must restart."""
+    server = serve(key=KEY)
+    with connect(server) as sender:
+        assert "[MSG:Locked" in sender.until("MSG:")[-1]
+        sender.send(b"G0X1\n")
+        assert "[MSG:Locked" in sender.until("MSG:")[-1]
+        login(server.tcp, "--key", KEY)
+        told = "[MSG:This address is trusted now: connect again]"
+        assert sender.until("MSG:")[-1] == told
+        sender.send(b"G0X2\n")
+        assert sender.until("MSG:")[-1] == told
+    with connect(server) as sender:
+        assert sender.ask("G0X1") == ["ok"]
+
+
 def test_trust_for_ever_survives_a_restart_and_is_listed_and_revoked(
     serve: Serve, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -128,6 +128,17 @@ def test_a_former_owner_that_leaves_stops_nothing(serve: Serve) -> None:
         assert x_of(wait_for(new, "Idle")) == -300.0
 
 
+def test_a_jog_ends_when_another_client_takes_control(serve: Serve) -> None:
+    """As a jog of WMC3: who has the key down can no longer repeat it, and the new owner did not start it."""
+    server = serve(speed=SPEED)
+    with connect(server) as old, connect(server) as new:
+        old.send("$J=G91X-300F3000\n$J=G91X-300F3000\n")
+        wait_for(old, "Jog")
+        assert new.ask("$TAKE")[-1] == "ok"
+        assert x_of(wait_for(new, "Idle")) > -300.0
+        assert new.ask("G91G1X-1F3000")[-1] == "ok", "nothing is held"
+
+
 def test_a_sender_that_only_ends_its_input_is_no_lost_one(serve: Serve) -> None:
     """`nc` closes its half and listens: everything runs to its end, and the connection lasts as long."""
     server = serve(speed=SPEED)
