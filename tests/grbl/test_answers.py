@@ -200,8 +200,8 @@ def test_homing_off_switches_soft_limits_off(grbl: Grbl) -> None:
 def test_settings_print_formats(grbl: Grbl) -> None:
     """`$$` shows ints bare, floats 3 decimals, in **mm** always, whatever $13. They print as ints except $11 $12 $24
     $25
-    $27 $57 and $100+ (three decimals), $30 $31 as zero-decimal floats; $34 to $36 (as in grblHAL), $75, $93, $394 and
-    $539 one, $340 none. Ours: $170+ are kinds, $180+ Hz with two decimals."""
+    $27 and $100+ (three decimals), $30 $31 as zero-decimal floats; $34 to $36 (as in grblHAL), $75, $93, $394 and $539
+    one, $340 none. Ours: $57 three, $170+ are kinds, $180+ Hz with two decimals."""
     grbl.fine("$13=1", "$30=1000.4", "$110=5000.0004")
     rows = dict(line[1:].split("=") for line in grbl.send("$$\n").split("\r\n") if line.startswith("$"))
     for number, value in rows.items():
