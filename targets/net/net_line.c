@@ -42,11 +42,11 @@ size_t net_line_empty_jogs(char *lines, size_t whole, size_t *count) {
 }
 
 size_t net_line_plain_run(const char *bytes, size_t count) {
-    /* a bit for each byte, from 0 on: what is printed, but for ! ? ~ */
-    static const uint32_t plain[8] = {0, 0x7FFFFFFD, ~0u, 0x3FFFFFFF, 0, 0, 0, 0};
+    /* what is printed, but for ! ? ~; a byte for each, because every received byte is looked up */
+    static const bool plain[256] = {[' '] = true, ['"' ... '>'] = true, ['@' ... '}'] = true};
     const uint8_t *const all = (const uint8_t *)bytes;
     size_t run = 0;
-    while (run < count && (plain[all[run] >> 5] >> (all[run] & 31) & 1) != 0)
+    while (run < count && plain[all[run]])
         run++;
     return run;
 }
