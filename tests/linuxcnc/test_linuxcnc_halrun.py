@@ -7,16 +7,16 @@ import re
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
-from itertools import islice
 from pathlib import Path
 
 import pytest
 from halrun_file import Rig, hal_file, serve, stands
 from lossy import Lossy
+from patience import HANG_S
 from wificnc.build.checkout import checkout_root
 from wificnc.linuxcnc.config import INPUT_COUNT, OUTPUT_COUNT
 from wificnc.wmc3.device import Device
-from wificnc.wmc3.layout import Segment, Status
+from wificnc.wmc3.layout import Segment
 
 OWN = f"{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}"  # the ports are fixed
 ADDRESS, OTHER, LOCAL = f"127.61.{OWN}", f"127.62.{OWN}", f"127.63.{OWN}"
@@ -142,13 +142,17 @@ def test_several_controllers_of_one_computer(monkeypatch: pytest.MonkeyPatch) ->
         for steps, device in enumerate(devices, start=1):
             device.listen(alone=False)
             device.stream([Segment((steps, 0, 0, 0, 0, 0), 10_000)])
-        heard = {
-            address: {status.position_steps[0] for status in _newest(device)}
-            for address, device in zip(addresses, devices, strict=True)
-        }
-    assert heard == {addresses[0]: {1}, addresses[1]: {2}}
+        heard = [_places_until(device, steps) for steps, device in enumerate(devices, start=1)]
+    assert [places - {0} for places in heard] == [{1}, {2}]
 
 
-def _newest(device: Device) -> list[Status]:
-    """The second report from now on: the first may be older than the motion."""
-    return list(islice(device.reports(5), 1, 3))
+def _places_until(device: Device, steps: int) -> set[int]:
+    """Where X stood in all reports up to the second one that has it there: earlier ones are older than the motion."""
+    heard: set[int] = set()
+    arrived = 0
+    for status in device.reports(HANG_S):
+        heard.add(status.position_steps[0])
+        arrived += status.position_steps[0] == steps
+        if arrived == 2:
+            break
+    return heard
