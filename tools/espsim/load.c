@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * Programs: ELF files, and application images of ESP-IDF (esptool's documentation, Firmware Image Format). A
  * file is looked at whole before any of it is loaded. */
+#include "base/sha256.h"
 #include "esp.h"
-#include "sha256.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -153,10 +153,18 @@ static bool is_header_right(struct esp *esp, const uint8_t *bytes, size_t size) 
     return false;
 }
 
+static bool has_hash(const uint8_t *bytes, size_t size, const uint8_t hash[HASH]) {
+    struct sha256 sha;
+    uint8_t digest[SHA256_SIZE];
+    sha256_begin(&sha);
+    sha256_add(&sha, bytes, size);
+    sha256_end(&sha, digest);
+    return memcmp(hash, digest, HASH) == 0;
+}
+
 /* Checksum, hash, and nothing behind. @param end  of the last segment */
 static bool is_whole(struct esp *esp, const uint8_t *bytes, size_t size, size_t end, uint8_t checksum) {
     const size_t checksum_at = end | 15, hashed = checksum_at + 1, all = hashed + (bytes[23] == 1 ? HASH : 0);
-    uint8_t hash[HASH];
     if (size < all)
         chip_fault(esp, "the image is damaged: it ends after %zu of %zu bytes", size, all);
     else if (bytes[checksum_at] != checksum)
@@ -166,7 +174,7 @@ static bool is_whole(struct esp *esp, const uint8_t *bytes, size_t size, size_t 
                    "%zu bytes follow the image's end: a signed image or parts of a flash; load the "
                    "application's image alone",
                    size - all);
-    else if (sha256(bytes, hashed, hash), bytes[23] == 1 && memcmp(hash, bytes + hashed, HASH) != 0)
+    else if (bytes[23] == 1 && !has_hash(bytes, hashed, bytes + hashed))
         chip_fault(esp, "the image is damaged: its SHA-256 is another one");
     else
         return true;

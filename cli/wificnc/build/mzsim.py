@@ -13,6 +13,8 @@ from wificnc.build.host import LIBRARY_NAME, WARNINGS
 from wificnc.build.lock import build_lock
 from wificnc.build.objects import Unit, compile_stale, failure, is_older, put_in_place
 
+# What a virtual chip shares with the firmware, from the repo's top.
+SHARED = {"espsim": ("core/base/sha256.c",)}
 FLAGS = ("-std=c11", "-O2", "-g", "-fPIC", "-fvisibility=default", "-ffp-contract=off", "-fno-math-errno", *WARNINGS)
 
 
@@ -28,10 +30,10 @@ def ensure_chip_library(name: str) -> Path:
     library = directory / LIBRARY_NAME.replace("wificnc", name)
     with build_lock(directory):
         compiler = _compiler(directory)
-        sources = sorted((root / "tools" / name).glob("*.c"))
+        sources = [*sorted((root / "tools" / name).glob("*.c")), *(root / path for path in SHARED.get(name, ()))]
         units = [Unit(source, directory / "obj" / f"{source.stem}.o") for source in sources]
         strict = ["-Werror"] if compiler.is_known_clean else []
-        compiled, _ = compile_stale([*compiler.argv, *FLAGS, *strict], units, compiler.title)
+        compiled, _ = compile_stale([*compiler.argv, *FLAGS, *strict, f"-I{root / 'core'}"], units, compiler.title)
         objects = [unit.object for unit in units]
         if compiled or is_older(library, objects):
             _link(compiler, objects, library)
