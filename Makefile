@@ -15,7 +15,7 @@ CPU     ?= 1
 BOARDS ?=
 TAG    ?=
 
-.PHONY: help demo test test-all test-chip power-cuts platforms chip-traces lint fuzz bench bench-chip bench-motion bench-latency xtensa bench-serve bench-wire bench-linuxcnc \
+.PHONY: help demo test test-all test-deep test-chip power-cuts platforms chip-traces lint fuzz bench bench-chip bench-motion bench-latency xtensa bench-serve bench-wire bench-linuxcnc \
     stream-million pictures release docs format generate web clean distclean
 .DEFAULT_GOAL := help
 
@@ -27,6 +27,7 @@ help:
 	@echo 'make demo    run a real job through the real core and draw it (build/demo/)'
 	@echo 'make test    the quick tests: every area in a few minutes; PYTEST="tests/gcode -x" for a part'
 	@echo 'make test-all  the slow tests too (whole jobs in the virtual chip, long searches, installed packages), as CI runs them'
+	@echo 'make test-deep  what test-all leaves out: the same on more computers, boards and cuts of the power; runs each night'
 	@echo 'make test-chip  the Grbl checklist and the senders against the real image in the virtual PIC32MZ, all of them'
 	@echo 'make power-cuts  the power cut at every flash operation of every command that stores, and how many those were'
 	@echo 'make platforms  the PC target and the wheels for the seven kinds of computers, three of them in an emulator'
@@ -52,7 +53,7 @@ help:
 demo:
 	@$(DEV) demo
 
-test test-all:
+test test-all test-deep:
 	@$(DEV) $@ $(PYTEST)
 
 # A part of it is in `make test-all`.
@@ -64,10 +65,10 @@ test-chip: $(VENV)/.ready-dev
 power-cuts: $(VENV)/.ready-dev
 	WIFICNC_ON_CHIP=all $(PY) -m pytest -n auto -rP tests/pic32mz/test_pic32mz_power_cut_commands.py $(PYTEST)
 
-# Some 5 minutes. `make test-all` has three of them, and compiles and links the others without optimizing.
+# Some 10 minutes. `make test-all` has two of them.
 platforms: $(VENV)/.ready-dev
 	@$(WIFICNC) build host
-	WIFICNC_PLATFORMS=all $(PY) -m pytest -n auto tests/build/test_platforms.py tests/release/test_wheels.py $(PYTEST)
+	$(PY) -m pytest -n auto tests/build/test_platforms.py tests/release/test_wheels.py $(PYTEST)
 
 lint:
 	@$(DEV) lint $(ONLY)

@@ -1,4 +1,4 @@
-"""What a developer does, on every system: python tools/dev.py demo | test | test-all | lint | setup.
+"""What a developer does, on every system: python tools/dev.py demo | test | test-all | test-deep | lint | setup.
 
 Sets up .venv first: a Python environment with WiFiCNC and its tools, and a C compiler from PyPI where there is none.
 A second run skips that. `make` calls it. Needs Python 3.10 or newer, and nothing else.
@@ -19,11 +19,12 @@ OLDEST_PYTHON = (3, 10)
 COMPILERS = ("cc", "gcc", "clang")
 RUN_EXTRAS, DEV_EXTRAS = "plot", "plot,esp,dev"
 RUN_STAMP, DEV_STAMP = ".ready", ".ready-dev"
-QUICK = ["-m", "not slow"]
+CHOSEN = {"test": "not slow and not deep", "test-all": "not deep", "test-deep": "deep"}
 COMMANDS = {
     "demo": "run a real job through the real core and draw it",
     "test": "the quick tests; more words go to pytest",
     "test-all": "the slow tests too, as CI runs them; more words go to pytest",
+    "test-deep": "what test-all leaves out, as it runs each night; more words go to pytest",
     "lint": "formats, types, static analysis, house rules: all, or those named",
     "setup": "only set up .venv; --dev: with the tools",
 }
@@ -35,13 +36,13 @@ def main(words: list[str]) -> int:
     parser.add_argument("--venv", default=".venv", help="folder of the environment (%(default)s)")
     commands = parser.add_subparsers(dest="command", required=True)
     for name, text in COMMANDS.items():
-        commands.add_parser(name, help=text, add_help=name not in ("test", "test-all"))
+        commands.add_parser(name, help=text, add_help=name not in CHOSEN)
     asked, rest = parser.parse_known_args(words)
     if asked.command == "setup" and rest not in ([], ["--dev"]):
         parser.error(f"setup takes --dev or nothing, not {' '.join(rest)}")
     venv = ROOT / asked.venv
     python = python_of(venv)
-    set_up(venv, dev=asked.command in ("test", "test-all", "lint") or "--dev" in rest)
+    set_up(venv, dev=asked.command in (*CHOSEN, "lint") or "--dev" in rest)
     if asked.command == "setup":
         return 0
     if asked.command == "lint":
@@ -50,8 +51,8 @@ def main(words: list[str]) -> int:
         return run([python, "-m", "wificnc", "demo", *rest])
     if code := run([python, "-m", "wificnc", "build", "host"]):
         return code
-    chosen = QUICK if asked.command == "test" else []
-    return run([python, "-m", "pytest", "-n", "auto", "--no-loadscope-reorder", *chosen, *rest])
+    chosen = CHOSEN[asked.command]
+    return run([python, "-m", "pytest", "-n", "auto", "--no-loadscope-reorder", "-m", chosen, *rest])
 
 
 def run(command: list[str | Path], folder: Path = ROOT) -> int:

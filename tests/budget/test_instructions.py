@@ -12,6 +12,7 @@ from bench.measure import instructions
 JOB = Path(__file__).resolve().parents[2] / "examples" / "relief.nc"
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(
     shutil.which("valgrind") is None and "CI" not in os.environ, reason="needs valgrind (apt-get install valgrind)"
 )

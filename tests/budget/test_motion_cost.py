@@ -11,6 +11,7 @@ from bench.motion_cost import BUDGET, here, on_mips
 from mips.count import not_here
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(
     shutil.which("valgrind") is None and "CI" not in os.environ, reason="needs valgrind (apt-get install valgrind)"
 )

@@ -59,6 +59,7 @@ def test_debug_of_the_host_is_its_variant(monkeypatch: pytest.MonkeyPatch) -> No
     assert asked == ["debug", "release", "release", "asan", "debug"]
 
 
+@pytest.mark.slow
 def test_build_pic32mz_says_what_it_made(capsys: pytest.CaptureFixture[str]) -> None:
     if shutil.which(COMPILER) is None:
         pytest.skip(f"{COMPILER} is not installed")

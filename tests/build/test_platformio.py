@@ -75,7 +75,7 @@ def test_native_is_the_serving_controller(environment: dict[str, str]) -> None:
     assert run.returncode == 2 and "--nonsense" in run.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_native_tests_pass(environment: dict[str, str], tmp_path: Path) -> None:
     said = pio(environment, "test", "-e", "native", "--json-output-path", str(tmp_path / "result.json"))
     result = json.loads((tmp_path / "result.json").read_text())

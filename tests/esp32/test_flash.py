@@ -179,6 +179,7 @@ def test_a_damaged_write_is_noticed(chip: Mock) -> None:
             device.verify([Region("firmware", APP_AT, bytes(16384))])
 
 
+@pytest.mark.slow
 def test_a_port_where_nobody_answers_says_what_to_press(monkeypatch: pytest.MonkeyPatch) -> None:
     import os
     import pty

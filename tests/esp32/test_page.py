@@ -167,6 +167,7 @@ def test_other_methods_are_told_what_is_allowed(method: bytes) -> None:
         assert b"\r\nAllow: GET, HEAD\r\n" in answer_to(ports.page, request)
 
 
+@pytest.mark.slow
 def test_a_header_that_comes_slowly_ends(files: list[EmbeddedFile]) -> None:
     """A byte now and then, which is never the last one."""
     with serving_esp32(files=files) as ports, socket.create_connection(("127.0.0.1", ports.page), HANG_S) as slow:

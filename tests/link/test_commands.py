@@ -259,6 +259,7 @@ def test_an_alarm_that_only_a_reset_ends(target: Bridge, tmp_path: Path) -> None
     assert "unlocked: Idle" in run("unlock", "--reset").stderr
 
 
+@pytest.mark.slow
 def test_an_alarm_in_which_grbl_itself_is_mute() -> None:
     with stranger(b"[MSG:Reset to continue]\r\n") as target, pytest.raises(RefusedError) as error:
         run("status", "--to", target)

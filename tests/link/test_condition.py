@@ -111,6 +111,7 @@ def command(capsys: pytest.CaptureFixture[str]):
     return run
 
 
+@pytest.mark.slow
 def test_an_alarm_that_somebody_else_has_caused(server: Server, to: str, tmp_path: Path, command) -> None:
     with connected(f"tcp://{server.tcp}") as first:
         first.synchronise()

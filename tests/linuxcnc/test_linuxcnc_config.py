@@ -273,6 +273,7 @@ def test_home_is_where_the_controller_stands_when_it_has_homed(tmp_path: Path) -
     assert all(float(ini[f"JOINT_{n}"]["HOME_LATCH_VEL"]) > 0 for n in range(3))
 
 
+@pytest.mark.slow
 def test_linuxcnc_moves_a_machine_to_the_step(user_home: Path, as_user: Callable[..., str]) -> None:
     """All of LinuxCNC 2.9 with the written configuration, only its screen is ours: homing, probing, a thread, an input.
 

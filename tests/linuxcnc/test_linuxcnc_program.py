@@ -85,6 +85,7 @@ def test_without_its_sampler_it_says_which(user_home: Path, as_user: Callable[..
     assert "loadrt sampler depth=1000 cfg=ffffs" in as_user("halrun", "-f", str(script), code=1)
 
 
+@pytest.mark.slow
 def test_a_controller_that_comes_late_goes_and_comes_back(user_home: Path, as_user: Callable[..., str]) -> None:
     rig = Rig("wificnc", ADDRESS, (200,), ())
     story = STORY.replace("{home}", str(user_home))

@@ -65,6 +65,7 @@ def test_every_speed_of_the_plan_can_be_kept(name: str, tmp_path: File) -> None:
     assert outcome.unmet == 0
 
 
+@pytest.mark.slow
 @common
 @given(path=structured_paths())
 def test_every_speed_of_any_plan_can_be_kept(tmp_path_factory: pytest.TempPathFactory, path: Path) -> None:

@@ -130,6 +130,7 @@ def grain_mm(axes: int) -> float:
     return 0.5 * STEP_MM * math.sqrt(axes) + 0.5 * STEP_MM
 
 
+@pytest.mark.slow
 @common
 @given(program=line_programs(axes=3))
 def test_lines_of_three_axes(program: Program) -> None:
@@ -139,6 +140,7 @@ def test_lines_of_three_axes(program: Program) -> None:
     assert reached_mm(run, program.points) <= DEVIATION_MM + grain_mm(3)
 
 
+@pytest.mark.slow
 @common
 @given(program=line_programs(axes=6))
 def test_lines_of_six_axes(program: Program) -> None:
@@ -156,6 +158,7 @@ def test_lines_with_limited_jerk(program: Program, jerk: int) -> None:
     assert away_mm(run, program.points) <= DEVIATION_MM + grain_mm(3)
 
 
+@pytest.mark.slow
 @common
 @given(program=line_programs(axes=3, exact=True))
 def test_exact_stops_are_reached_to_the_step(program: Program) -> None:

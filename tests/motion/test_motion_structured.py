@@ -147,6 +147,7 @@ def beginning(text: str, most: int = 1000) -> str:
     return text if len(text) <= most else text[: text.rindex("\n", 0, most) + 1]
 
 
+@pytest.mark.slow
 @common
 @given(path=structured_paths(), machine=machines, what=interferences, mode=path_modes)
 @example(  # a hold while limited jerk brakes gently, of a plan that needs hard braking next

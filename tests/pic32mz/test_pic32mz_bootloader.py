@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 
+import pytest
 from chip_controller import BANNER, Controller
 from wificnc.board.model import Board
 from wificnc.chip.image import Block
@@ -21,6 +22,7 @@ def handed_over(image: tuple[Block, ...]) -> tuple[Block, ...]:
     return (*program, Block(PLACE, vector), Block(0x1FC00000, TO_THE_PLACE))
 
 
+@pytest.mark.slow
 def test_starts_from_the_bootloaders_place(board: Board, image: tuple[Block, ...]) -> None:
     with Controller(board, handed_over(image)) as controller:
         assert controller.boot() == BANNER

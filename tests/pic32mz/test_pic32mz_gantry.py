@@ -21,6 +21,8 @@ from wificnc.chip.machine import STORE_OFFSET, motor_wire
 from wificnc.chip.virtual import CPU_HZ, NO_PIN
 from wificnc.sim.run import SimOptions
 
+pytestmark = pytest.mark.slow  # builds an image of its own; tests/esp32 and tests/grbl have quick ones
+
 FIRST, SECOND = 1, 3  # motors of Y
 HIGH, PULL_OFF = 1007, 500
 

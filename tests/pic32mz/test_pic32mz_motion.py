@@ -61,6 +61,7 @@ def test_the_same_steps_as_the_host_at_the_same_times(controller: Controller, tm
     compare(host_trace(tmp_path, lines), chip_trace(controller, lines))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("settings", SHAPED.values(), ids=SHAPED.keys())
 def test_the_same_shaped_steps_as_the_host(controller: Controller, tmp_path: Path, settings: tuple[str, ...]) -> None:
     """And the chip is never too slow for it."""
@@ -181,6 +182,7 @@ def test_feed_hold_and_resume_lose_nothing(controller: Controller) -> None:
     assert controller.stands() == [12500, 5000, 0, 0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "flood", ["?" * 20_000, "\n" * 900 + "?" * 20_000 + "\n" * 100], ids=["reports", "empty lines"]
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 
 import numpy as np
+import pytest
 from chip_controller import Controller
 from wificnc.chip.virtual import CPU_HZ
 
@@ -48,6 +49,7 @@ def test_lines_before_and_after_a_loss_are_executed_whole(controller: Controller
     assert (x - 250 * 6.6, y - 250 * 6) == (25_000 * round((y - 1500) / 25_000),) * 2, (x, y, refused, whole)
 
 
+@pytest.mark.slow
 def test_nothing_is_lost_at_the_ports_own_speed(controller: Controller) -> None:
     """Four axes at full rate, reports and lines at 115200 baud without a pause."""
     for axis in range(4):

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from patience import HANG_S
-from slow import slow_but
+from slow import deep_but
 from wificnc.build.checkout import checkout_root
 from wificnc.build.host import build_program
 
@@ -21,7 +21,7 @@ QUICK = ("flash_store", "15")  # a fifteenth of the rounds
 PROGRAMS = {QUICK: STORE, ("flash_store",): STORE, ("store_flips",): STORE}
 
 
-@pytest.mark.parametrize("command", slow_but(QUICK.__eq__, PROGRAMS), ids="-".join)
+@pytest.mark.parametrize("command", deep_but(QUICK.__eq__, PROGRAMS), ids="-".join)
 def test_program(command: tuple[str, ...]) -> None:
     name, *arguments = command
     sources = [HERE / f"{name}.c", *(PIC32MZ / source for source in PROGRAMS[command])]

@@ -8,7 +8,7 @@ import re
 
 import pytest
 from chip_controller import Controller, PowerIsOff
-from slow import slow_but
+from slow import deep_but
 from store_pages import full_page, pages, prepared
 from wificnc.board.model import Board
 from wificnc.chip.image import Block
@@ -46,14 +46,16 @@ def cut_everywhere(board: Board, image: tuple[Block, ...], before: bytes, torn: 
     raise AssertionError("more operations than a change can have")
 
 
-@pytest.mark.parametrize("torn", slow_but(Torn.AMID.__eq__, Torn))
+@pytest.mark.slow
+@pytest.mark.parametrize("torn", deep_but(Torn.AMID.__eq__, Torn))
 def test_first_change_of_a_blank_chip(board: Board, image: tuple[Block, ...], torn: Torn) -> None:
     """Also the very first one erases, writes, and puts the page's head last."""
     found = cut_everywhere(board, image, b"\xff" * STORE_SIZE, torn)
     assert found <= {("250.000", "250.000"), ("999.000", "250.000")}
 
 
-@pytest.mark.parametrize("torn", slow_but(Torn.AMID.__eq__, Torn))
+@pytest.mark.slow
+@pytest.mark.parametrize("torn", deep_but(Torn.AMID.__eq__, Torn))
 def test_change_that_moves_to_the_other_page(
     board: Board, image: tuple[Block, ...], full_page: bytes, torn: Torn
 ) -> None:
@@ -80,6 +82,7 @@ def shown(controller: Controller) -> str:
     return "".join(controller.send(line) for line in ("$$", "$#", "$N")).split("[TLO")[0]
 
 
+@pytest.mark.slow
 def test_no_flipped_bit_is_silent(board: Board, image: tuple[Block, ...], full_page: bytes) -> None:
     """Of the pages as they are after a change of page, so that older values are there to come back."""
     with prepared(board, image, full_page) as controller:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from chip_controller import Controller, PowerIsOff
 from image_fixture import ALL_ON_CHIP
-from slow import slow_but
+from slow import deep_but, slow_but
 from store_pages import SERIAL_FACTOR, full_page, pages, prepared
 from wificnc.board.model import Board
 from wificnc.chip.image import Block
@@ -32,7 +32,7 @@ def shown(controller: Controller) -> str:
     return "".join(controller.send(line) for line in QUESTIONS)
 
 
-@pytest.fixture(scope="module", params=["room", "full"])
+@pytest.fixture(scope="module", params=deep_but("room".__eq__, ["room", "full"]))
 def before(request: pytest.FixtureRequest, board: Board, image: tuple[Block, ...], full_page: bytes) -> bytes:
     """Pages with BEFORE: what comes next goes after the others, or to the other page."""
     start = full_page if request.param == "full" else b"\xff" * len(full_page)
@@ -82,6 +82,7 @@ def torn_at(nth: int) -> list[Torn]:
     return list(Torn) if ALL_ON_CHIP else [Torn(nth % 3)]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", slow_but(QUICK.__contains__, COMMANDS))
 def test_old_or_new(board: Board, image: tuple[Block, ...], before: bytes, command: str) -> None:
     with begin(board, image, before) as controller:

@@ -12,6 +12,8 @@ from wificnc.board.model import Board
 from wificnc.chip.image import Block, read_hex
 from wificnc.chip.virtual import CPU_HZ
 
+pytestmark = pytest.mark.slow  # builds an image of its own
+
 RATED_HZ = 12_500
 NO_TIMER = "error:164"
 

@@ -48,6 +48,7 @@ def operations_of(controller: Controller, line: str) -> int:
     return controller.chip.flash_operations - before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("reports", slow_but((4000).__eq__, [0, 4000]))
 def test_steps_are_in_time_while_lines_are_stored(full: Controller, tmp_path: Path, reports: int) -> None:
     """Every step of the plan, each within 1 us of it, with page changes between and the serial port at full rate."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pytest
 from chip_controller import BANNER, Controller
 from wificnc.board.model import Board
 from wificnc.chip.image import Block
@@ -94,6 +95,7 @@ def test_soft_reset(controller: Controller) -> None:
     assert controller.stands() == [0, 0, 0, 0]
 
 
+@pytest.mark.slow
 def test_watchdog_bites_a_program_that_hangs(controller: Controller) -> None:
     """The main loop is made an endless one: the chip restarts within 2.1 s, and says why."""
     cpu = controller.chip.cpu()

@@ -15,6 +15,7 @@ MOVE = "G91G1X200Y199.5Z199A198.5F20000"  # 2.7 s, longer than the port takes fo
 GAP_US = 1.0  # a step may come so much later or earlier after the one before than planned
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("timing", slow_but("caches".__eq__, TIMINGS))
 def test_the_promised_rate_holds(board: Board, image: tuple[Block, ...], timing: str) -> None:
     """Four axes at the board's rate, requests and lines without a pause: no gap, no loss, no underrun."""

@@ -235,7 +235,7 @@ def test_the_linuxcnc_component_is_one_c_file(dist: Path, tmp_path: Path) -> Non
     assert built.returncode == 0 and os.access(folder / "wificnc-hal", os.X_OK), built.stderr
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_the_same_commit_gives_the_same_bytes(dist: Path, tmp_path: Path) -> None:
     """Another folder, other file times, another umask, called from elsewhere."""
     other = make_tree(tmp_path / "somewhere" / "quite" / "else")

@@ -1,4 +1,5 @@
-"""`make test-all` runs every test there is, `make test` some of every folder, and who names these commands is right."""
+"""`make test-all` and `make test-deep` run every test there is, `make test` some of every folder, and who names these
+commands is right."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ from wificnc.build.checkout import checkout_root
 
 ROOT = checkout_root()
 TESTS = ROOT / "tests"
-SLOW = "pytest.mark.slow"
+DEAR = {"pytest.mark.slow", "pytest.mark.deep"}
 
 
 def test_no_folder_of_tests_is_left_out(pytestconfig: pytest.Config) -> None:
@@ -29,7 +30,7 @@ def quick_tests(text: str) -> list[str]:
         ast.unparse(node.value) for node in body if isinstance(node, ast.Assign) and "pytestmark" in ast.dump(node)
     }
     tests = [node for node in body if isinstance(node, ast.FunctionDef) and node.name.startswith("test_")]
-    return [node.name for node in tests if SLOW not in {*marked, *map(ast.unparse, node.decorator_list)}]
+    return [node.name for node in tests if not DEAR & {*marked, *map(ast.unparse, node.decorator_list)}]
 
 
 def test_every_folder_has_quick_tests() -> None:
@@ -60,13 +61,18 @@ def test_ci_runs_all_of_it_by_a_command_of_the_readme() -> None:
     assert set(re.findall(r"^(make test\S*) +#", readme, re.MULTILINE)) == {"make test", *ran}
 
 
-def test_only_make_test_leaves_tests_out(pytestconfig: pytest.Config) -> None:
-    """By its command, so that a file that is run by its name runs whole."""
-    assert recipe("test-all") == recipe("test") == "\t@$(DEV) $@ $(PYTEST)\n"
-    assert "slow" not in str(pytestconfig.getini("addopts"))
+def test_only_a_command_leaves_tests_out(pytestconfig: pytest.Config) -> None:
+    """So that a file that is run by its name runs whole."""
+    assert recipe("test-all") == recipe("test") == recipe("test-deep") == "\t@$(DEV) $@ $(PYTEST)\n"
+    assert not re.search("slow|deep", str(pytestconfig.getini("addopts")))
 
 
-@pytest.mark.parametrize("target", ["test", "test-all"])
+def test_the_deep_ones_run_each_night() -> None:
+    night = (ROOT / ".github" / "workflows" / "night.yml").read_text(encoding="utf-8")
+    assert "schedule:" in night and "make test-deep" in night
+
+
+@pytest.mark.parametrize("target", ["test", "test-all", "test-deep"])
 def test_help_and_document_name_both(target: str) -> None:
     assert re.search(rf"make {target}  ", recipe("help"))
     assert f"| `make {target}` |" in (ROOT / "docs" / "development.md").read_text(encoding="utf-8")

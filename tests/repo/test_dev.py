@@ -23,12 +23,13 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
     return commands
 
 
-def test_test_leaves_the_slow_ones_out_and_test_all_does_not(ran: list[list[str]]) -> None:
+def test_each_command_has_its_tests(ran: list[list[str]]) -> None:
     words = ["tests/gcode", "-x", "-k", "arc and not slow"]
-    for command, marked in (("test", ["-m", "not slow"]), ("test-all", [])):
+    chosen = {"test": "not slow and not deep", "test-all": "not deep", "test-deep": "deep"}
+    for command, marked in chosen.items():
         ran.clear()
         assert dev.main([command, *words]) == 0
-        pytest_words = ["-m", "pytest", "-n", "auto", "--no-loadscope-reorder", *marked, *words]
+        pytest_words = ["-m", "pytest", "-n", "auto", "--no-loadscope-reorder", "-m", marked, *words]
         assert ran == [["set up .venv dev"], ["-m", "wificnc", "build", "host"], pytest_words]
 
 

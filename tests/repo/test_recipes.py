@@ -20,6 +20,8 @@ from typing import Any
 import pytest
 from wificnc.build.compiler import locate_compiler
 
+pytestmark = pytest.mark.slow  # builds copies of the tree
+
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs/contributing.md").read_text(encoding="utf-8")
 BLOCK = re.compile(r'^( *)```(\w+)(?: title="([^"]+)")?\n(.*?)^ *```$', re.DOTALL | re.MULTILINE)

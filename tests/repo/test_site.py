@@ -61,6 +61,7 @@ def test_no_page_asks_another_server(site: Path) -> None:
         assert not re.search(r"(url\(|@import)\s*['\"]?(https?:)?//", sheet.read_text()), sheet.name
 
 
+@pytest.mark.slow
 def test_what_leads_nowhere_is_found(tree: Path) -> None:
     """A page, an anchor, a file, a picture; and a page that the menu does not have."""
     page, orphan = tree / "docs" / "simulation.md", tree / "docs" / "orphan.md"

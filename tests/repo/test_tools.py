@@ -76,6 +76,7 @@ def test_tool_catches_a_violation(
     assert any(word in str(problem) for problem in lint(tree))
 
 
+@pytest.mark.slow
 def test_generated_lint_finds_a_stale_file(tmp_path: Path) -> None:
     """The real generators in a copy of the tree, in which one output was edited by hand."""
     for folder in ("boards", "cli", "core", "docs", "linuxcnc", "protocol", "targets", "tools", "web/src"):

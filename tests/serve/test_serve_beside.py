@@ -163,7 +163,7 @@ FAULTS = [
 ]
 
 
-@pytest.mark.parametrize(("variant", "speed"), [("release", 1.0), ("asan", 0.0)])
+@pytest.mark.parametrize(("variant", "speed"), [("release", 1.0), pytest.param("asan", 0.0, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.__name__)
 def test_the_job_goes_on(serve: Serve, fault: Fault, variant: str, speed: float) -> None:
     server = serve(speed=speed, variant=variant, pty=True)
@@ -176,6 +176,7 @@ def test_the_job_goes_on(serve: Serve, fault: Fault, variant: str, speed: float)
         assert rest_mm(owner) == (round(job.moves * GRID_MM, 3), 0.0, 0.0)
 
 
+@pytest.mark.slow
 def test_an_owner_that_is_cut_off(serve: Serve) -> None:
     """Its whole lines are run at `~`, its half line is not, and the next one finds a sane controller."""
     server = serve(variant="asan")

@@ -31,6 +31,7 @@ def timed_move(peer: Peer, mm: float) -> float:
     return time.monotonic() - begin
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("speed", "mm"), [(1.0, 50.0), (10.0, 500.0), (0.5, 20.0)])
 def test_moves_take_their_time(serve: Serve, speed: float, mm: float) -> None:
     server = serve(speed=speed)
@@ -121,6 +122,7 @@ def cpu_seconds(pid: int) -> float:
     return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not os.path.exists("/proc/self/stat"), reason="measures with /proc")
 @pytest.mark.parametrize("speed", [1.0, 0.0])
 def test_at_rest_it_sleeps(serve: Serve, speed: float) -> None:

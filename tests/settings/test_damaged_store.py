@@ -62,6 +62,7 @@ def sealed(payload: bytes, version: int = 1) -> bytes:
     return struct.pack("<I", zlib.crc32(rest)) + rest
 
 
+@pytest.mark.slow
 def test_no_flipped_bit_is_silent(store: Path) -> None:
     """Each bit of the file in turn: all values are as they were, or the machine is locked and says why."""
     whole = store.read_bytes()

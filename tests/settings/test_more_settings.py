@@ -79,6 +79,7 @@ def compiled(tree: Path, *arguments: str) -> None:
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("room", ROOMS)
 def test_everything_still_compiles(tree: Path, room: str) -> None:
     assert all(setting.number < FIRST for setting in NUMBERS)

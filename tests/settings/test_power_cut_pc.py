@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from grbl_host import Grbl
 from patience import HANG_S
-from slow import slow_but
+from slow import deep_but
 from wificnc.build.checkout import checkout_root
 
 BEFORE = ("$100=640", "$110=1234.5", "G10L2P3X1.5Y-2", "G10L2P9Z4", "G10L1P5Z-3", "$N0=G21", "$N1=G90", "$I=SHOP")
@@ -72,7 +72,7 @@ def shown(store: Path) -> str:
     return text
 
 
-@pytest.mark.parametrize("command", slow_but(QUICK.__contains__, COMMANDS))
+@pytest.mark.parametrize("command", deep_but(QUICK.__contains__, COMMANDS))
 def test_old_or_new(shim: Path, tmp_path: Path, before: bytes, command: str) -> None:
     store, log = tmp_path / "kept", tmp_path / "calls"
     store.write_bytes(before)

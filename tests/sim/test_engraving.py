@@ -179,6 +179,7 @@ def feed_parts(library: ctypes.CDLL, count: int, power: np.ndarray, gap_mm: floa
     return pieces, result
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("gap_mm", [0.0, 0.05])
 def test_many_pieces_are_joined_not_lost(library, gap_mm):
     count = (1 << 20) + 50_000

@@ -104,6 +104,7 @@ def check(situation: str, first: str, second: str, gap_s: float) -> None:
     raise AssertionError("\n".join(finds))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("shard", range(SHARDS) if ALL else [0])
 @pytest.mark.parametrize("situation", SITUATIONS)
 def test_two_inputs_within_5_ms(situation: str, shard: int) -> None:

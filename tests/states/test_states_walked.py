@@ -14,7 +14,7 @@ from state_machine import SITUATIONS, Pair
 
 TABLE = load_states()
 INPUTS = sorted(TABLE.inputs)
-SHARDS = 60  # of the pairs; one runs at any time, all with WIFICNC_STATES=all
+SHARDS = 60  # of the pairs; one runs in `make test-deep`, all with WIFICNC_STATES=all
 ALL = os.environ.get("WIFICNC_STATES") == "all"
 
 
@@ -38,7 +38,7 @@ def test_every_cell(situation: str) -> None:
     assert finds == []
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 @pytest.mark.parametrize("shard", range(SHARDS) if ALL else [0])
 @pytest.mark.parametrize("situation", SITUATIONS)
 def test_every_pair(situation: str, shard: int) -> None:

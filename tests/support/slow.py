@@ -1,7 +1,8 @@
-"""Tests that `make test` leaves to `make test-all`: dear ones, whose kind of fault a quick test sees, too.
+"""Tests that `make test` leaves to `make test-all`, and those that this leaves to `make test-deep`: dear ones, whose
+kind of fault a quicker test sees, too.
 
-The marker is `slow`. It is the command that leaves them out, not pytest's configuration: a file that is run by its name
-runs whole.
+The markers are `slow` and `deep`. It is the command that leaves them out, not pytest's configuration: a file that is
+run by its name runs whole.
 """
 
 from __future__ import annotations
@@ -14,9 +15,19 @@ import pytest
 Value = TypeVar("Value")
 
 
-def slow_but(is_quick: Callable[[Value], bool], values: Iterable[Value]) -> list[Any]:
-    """Parameters of a test, of which `make test` runs the quick ones."""
+def slow_but(
+    is_quick: Callable[[Value], bool], values: Iterable[Value], is_kept: Callable[[Value], bool] = lambda _: True
+) -> list[Any]:
+    """Parameters of a test, of which `make test` runs the quick ones, and `make test-all` those that are kept."""
     found = list(values)
-    quick = [value for value in found if is_quick(value)]
-    assert quick, "a quick test of it must stay"
-    return [value if value in quick else pytest.param(value, marks=pytest.mark.slow) for value in found]
+    assert any(map(is_quick, found)), "a quick test of it must stay"
+    return [value if is_quick(value) else _marked("slow" if is_kept(value) else "deep", value) for value in found]
+
+
+def deep_but(is_kept: Callable[[Value], bool], values: Iterable[Value]) -> list[Any]:
+    """Parameters of a test, of which `make test-all` runs some."""
+    return slow_but(is_kept, values, lambda _: False)
+
+
+def _marked(mark: str, value: object) -> Any:
+    return pytest.param(value, marks=getattr(pytest.mark, mark))

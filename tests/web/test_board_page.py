@@ -25,6 +25,7 @@ def test_the_page_is_small_enough_for_the_firmware(built_page: Path, board: str)
     assert picture.startswith(f"/assets/{board}-")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("password", ["", "correct horse"])
 def test_a_browser_needs_nothing_but_the_board(
     built_page: Path, watched: Callable[..., Watched], password: str

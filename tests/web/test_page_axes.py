@@ -43,6 +43,7 @@ def letters_of(page: Page, selector: str, attribute: str) -> set[str]:
     return {found[1] for value in values if (found := re.search(r"(?:work-|jog-|Zero )([XYZABC])", value))}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("settings", "axes"), [(PROFILE.settings_lines(), "XYZ"), ([], "XYZABC")])
 def test_the_page_has_the_axes_of_the_machine(
     built_page: Path, watched: Callable[..., Watched], settings: list[str], axes: str
@@ -62,6 +63,7 @@ def test_the_page_has_the_axes_of_the_machine(
         expect(page.locator(f"[data-test=setting-{100 + last + 1}]")).to_have_count(0)
 
 
+@pytest.mark.slow
 def test_it_homes_and_zeroes_these_axes_alone(built_page: Path, watched: Callable[..., Watched]) -> None:
     fast = ("$25=3000", "$24=600", "$22=1")
     with page_of(built_page, watched, *PROFILE.settings_lines(), *fast) as (page, server):

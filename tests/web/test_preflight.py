@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 
+import pytest
 from console_page import SWITCHES, Console, home, load, typed
 from playwright.sync_api import Locator, expect
 
@@ -29,6 +30,7 @@ def homed(console: Console) -> None:
     console.stands_at(X=-2, Y=-2, Z=-2)
 
 
+@pytest.mark.slow
 def test_soft_limits_are_those_of_the_machine_with_its_work_zero(socket_link: Callable[..., Console]) -> None:
     console = socket_link(settings=(*SWITCHES, "$20=1"), speed=8.0)
     homed(console)
@@ -68,6 +70,7 @@ def test_a_machine_that_was_not_homed(socket_link: Callable[..., Console]) -> No
     expect(console.page.get_by_text("X moves over 350.0 mm; its travel ($130) is 300.0 mm.")).to_be_visible()
 
 
+@pytest.mark.slow
 def test_path_and_tool_have_one_zero(socket_link: Callable[..., Console]) -> None:
     """Work zero, in whichever system: path, bounds and tool are measured from it."""
     console = socket_link(speed=8.0)

@@ -71,6 +71,7 @@ def test_networks_are_looked_for_and_one_is_taken(page: Page) -> None:
     expect(page.locator("[data-test=join-network]")).to_have_value("Werkstatt")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("network", "password", "said"),
     [

@@ -71,6 +71,7 @@ def test_every_tab(opened: Callable[..., Page], look: str) -> None:
 CAM = "%\nO1000 (BRACKET)\nT1 M6\nG21G90G0Z1\nG1X20Y10F300\nY0\nT2 M6\nG0X0\nM30\n%\n"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("look", slow_but("light".__eq__, LOOKS))
 def test_what_a_job_forbids(opened: Callable[..., Page], look: str) -> None:
     """The question before a lift; a job that waits for its tool, and what cannot be pressed meanwhile."""
@@ -99,6 +100,7 @@ def test_what_a_job_forbids(opened: Callable[..., Page], look: str) -> None:
     expect(page.get_by_text("Change to tool T1")).to_have_count(0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("look", slow_but("light".__eq__, LOOKS))
 def test_the_shapers_of_measured_waves(opened: Callable[..., Page], look: str) -> None:
     page = opened(look)
@@ -153,6 +155,7 @@ def test_what_a_laser_burns(opened: Callable[..., Page], look: str) -> None:
     page.screenshot(path=SCREENS / f"laser-3d-{look}.png")
 
 
+@pytest.mark.slow
 def test_the_path_in_three_dimensions(
     serve_page: Callable[..., tuple[Server, PageServer]], watched: Callable[..., Watched]
 ) -> None:

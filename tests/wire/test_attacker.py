@@ -6,6 +6,7 @@ from __future__ import annotations
 import socket
 import struct
 
+import pytest
 from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
@@ -168,7 +169,7 @@ class Attack(RuleBasedStateMachine):
         assert socket.inet_ntoa(bytes(counts.owner)) in (HOST, "0.0.0.0")
 
 
-TestAttack = Attack.TestCase
+TestAttack = pytest.mark.slow(Attack.TestCase)
 TestAttack.settings = settings(
     max_examples=60, stateful_step_count=30, deadline=None, suppress_health_check=list(HealthCheck)
 )

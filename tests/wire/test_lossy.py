@@ -109,6 +109,7 @@ def check_path(reports: list[Status], places: list[tuple[int, int]]) -> None:
     assert moving > 5, "the path was looked at"
 
 
+@pytest.mark.slow
 def test_a_stream_over_a_bad_network(make_network: Callable[..., Lossy]) -> None:
     """Thousands of segments, and a quarter of a second in which the network is gone: a pause, which is reported."""
     network = make_network("$76=10")

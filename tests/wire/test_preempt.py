@@ -60,6 +60,7 @@ def flags(device: Device) -> StatusFlag:
     return StatusFlag(device.status.flags) & (StatusFlag.HOST | StatusFlag.JOB)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("at_ms", [12, 90, 430, 777, 1100, 1290])
 def test_the_job_goes_on_from_the_very_step(make_device: Callable[..., Device], at_ms: int) -> None:
     """Without the host's steps and the way back it makes the steps that it would have made, on the same path."""

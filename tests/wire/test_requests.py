@@ -247,6 +247,7 @@ def test_four_clients_and_a_fifth_takes_a_silent_place(device: Device) -> None:
     assert device.connect() == -1
 
 
+@pytest.mark.slow
 def test_clocks_may_wrap(device: Device) -> None:
     """hal_time_us wraps after 71.6 minutes; reports continue, a silent owner still loses motion."""
     device.run(4294.0)

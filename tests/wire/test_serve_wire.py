@@ -132,6 +132,7 @@ def test_an_access_key(serve: Callable[..., Server]) -> None:
     assert json.loads(invoke("motion", "X=10", "--key", "a secret", "--json"))["executed"] == 1
 
 
+@pytest.mark.slow
 def test_a_right_proof_among_wrong_ones_has_its_turn(serve: Callable[..., Server]) -> None:
     """The wait of a guesser's address delays the right one; it does not refuse it."""
     serve(key="a secret", speed=4.0)
@@ -257,6 +258,7 @@ def resources(server: Server) -> tuple[int, int]:
     return int(status.split("VmRSS:")[1].split()[0]), len(list(Path(f"/proc/{server.pid}/fd").iterdir()))
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="Linux tells it there")
 def test_a_thousand_connections(serve: Callable[..., Server], many_files: None) -> None:
     """Beyond four they are closed immediately: the four are served, nothing is kept, nothing moves."""

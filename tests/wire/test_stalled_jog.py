@@ -37,6 +37,7 @@ def assert_all_smooth(device: Device) -> None:
             assert_smooth(device, axis)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("late", stalls.LATE)
 @pytest.mark.parametrize("seed", stalls.seeds(8))
 def test_jogs_start_turn_and_stop(make_device: Callable[..., Device], seed: int, late: str) -> None:

@@ -28,6 +28,7 @@ def put_line(device: Device, count: int) -> None:
         device.motion(*[segment(80)] * 8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("longest_ms", [10, 50, 250, 1000])
 @pytest.mark.parametrize("seed", range(4))
 def test_a_stream_survives_stalls(make_device: Callable[..., Device], seed: int, longest_ms: int) -> None:

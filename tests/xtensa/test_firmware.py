@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+from slow import slow_but
 from wificnc.board.load import load_board
 from wificnc.board.model import Board
 from xtensa.compile import (
@@ -35,6 +36,7 @@ from xtensa.stack import RESERVE, Stacks, task_stacks
 from xtensa.toolchain import NoToolchainError, Toolchain, find_toolchain
 
 ROOT = Path(__file__).resolve().parents[2]
+CHIPS = slow_but("esp32".__eq__, BOARDS)
 WORDS_OF_4_US, INSTRUCTIONS_OF_A_WORD = 2, 4  # loops are counted once: each further word
 BUDGET = json.loads((ROOT / "tests" / "budget" / "xtensa.json").read_text())
 
@@ -74,12 +76,12 @@ def shift_program_of(chip: str) -> Program:
     return board_program(load_board(SHIFT_BOARDS[chip]), ROOT / "build" / "xtensa" / "small" / chip / "i2s")
 
 
-@pytest.mark.parametrize("chip", BOARDS)
+@pytest.mark.parametrize("chip", CHIPS)
 def test_every_file_compiles_and_interrupts_keep_their_rules(tools: Toolchain, chip: str) -> None:
     assert violations(program_of(chip), firmware_in_ram(ROOT)) == []
 
 
-@pytest.mark.parametrize("chip", BOARDS)
+@pytest.mark.parametrize("chip", CHIPS)
 def test_the_step_interrupt_keeps_its_budget(tools: Toolchain, chip: str) -> None:
     found = step_interrupt(program_of(chip), ROOT)
     over = {name: count for name, count in found.items() if not 0 < count <= BUDGET[name]}
@@ -95,8 +97,8 @@ def without_second(board: Board) -> Board:
     ("engine", "board_id"),
     [
         ("gpio", "esp32s3-devkitc-gantry"),
-        ("rmt", "esp32s3-devkitc-gantry"),
-        ("i2s", "mks-tinybee-gantry"),
+        pytest.param("rmt", "esp32s3-devkitc-gantry", marks=pytest.mark.slow),
+        pytest.param("i2s", "mks-tinybee-gantry", marks=pytest.mark.slow),
         pytest.param("spi", "esp32s3-devkitc-shift", marks=pytest.mark.slow),
     ],
 )
@@ -127,6 +129,7 @@ ROWS = {
 }
 
 
+@pytest.mark.slow
 def test_the_documents_have_the_step_interrupts_figures(tools: Toolchain) -> None:
     """By GPIO, by the RMT of the ESP32 and of the ESP32-S3, whose board has three axes, by I2S, and the budget; by SPI
     and its own."""
@@ -139,6 +142,7 @@ def test_the_documents_have_the_step_interrupts_figures(tools: Toolchain) -> Non
         assert documented(row) == expected, row
 
 
+@pytest.mark.slow
 def test_the_documents_have_what_the_firmware_takes(tools: Toolchain) -> None:
     """To half a per cent; code of the larger of both chips."""
     code = max(image_bytes(tools, objects_of(chip)) for chip in BOARDS)
@@ -151,18 +155,18 @@ def test_the_documents_have_what_the_firmware_takes(tools: Toolchain) -> None:
         assert promised == budget and abs(figure - found) <= 0.005 * found, (row, found)
 
 
-@pytest.mark.parametrize("chip", BOARDS)
+@pytest.mark.parametrize("chip", CHIPS)
 def test_static_ram_keeps_its_budget(tools: Toolchain, chip: str) -> None:
     assert 20_000 < static_ram_bytes(tools, objects_of(chip)) <= BUDGET["static RAM"][chip]
 
 
-@pytest.mark.parametrize("chip", BOARDS)
+@pytest.mark.parametrize("chip", CHIPS)
 def test_our_own_part_of_the_image_keeps_its_budget(tools: Toolchain, chip: str) -> None:
     assert 200_000 < image_bytes(tools, objects_of(chip)) <= BUDGET["code and constants of core and target"]
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("chip", BOARDS)
+@pytest.mark.deep
+@pytest.mark.parametrize("chip", CHIPS)
 def test_static_ram_of_the_other_boards(tools: Toolchain, chip: str) -> None:
     objects, output = objects_of(chip), ROOT / "build" / "xtensa" / "small" / chip
     headers = small_headers(ROOT, chip, output)
@@ -172,7 +176,7 @@ def test_static_ram_of_the_other_boards(tools: Toolchain, chip: str) -> None:
         assert 20_000 < used <= BUDGET["static RAM"][chip], board.id
 
 
-@pytest.mark.parametrize("chip", BOARDS)
+@pytest.mark.parametrize("chip", CHIPS)
 def test_step_pulses_by_the_rmt_keep_rules_and_budget(tools: Toolchain, chip: str) -> None:
     program = rmt_program_of(chip)
     assert violations(program, firmware_in_ram(ROOT), [STEP]) == []
@@ -180,7 +184,7 @@ def test_step_pulses_by_the_rmt_keep_rules_and_budget(tools: Toolchain, chip: st
     assert not {name: count for name, count in found.items() if not 0 < count <= BUDGET[name]}
 
 
-@pytest.mark.parametrize("chip", BOARDS)
+@pytest.mark.parametrize("chip", CHIPS)
 def test_steps_through_shift_registers_keep_rules_and_budget(tools: Toolchain, chip: str) -> None:
     """The SPI needs two words a step, each with five registers, so its budget is another one."""
     program, budget = shift_program_of(chip), BUDGET if chip == "esp32" else BUDGET["by SPI"]
@@ -189,7 +193,7 @@ def test_steps_through_shift_registers_keep_rules_and_budget(tools: Toolchain, c
     assert not {name: count for name, count in found.items() if not 0 < count <= budget[name]}
 
 
-@pytest.mark.parametrize("chip", BOARDS)
+@pytest.mark.parametrize("chip", CHIPS)
 def test_six_axes_at_100k_through_shift_registers_take_a_quarter_of_a_core(tools: Toolchain, chip: str) -> None:
     """By instructions, one a cycle: each event as long as one that ends a span, and pulses of 4 us. The SPI has a word
     for each edge, whatever lies between them."""
@@ -198,7 +202,7 @@ def test_six_axes_at_100k_through_shift_registers_take_a_quarter_of_a_core(tools
     assert event * 100_000 <= 0.25 * 240e6
 
 
-@pytest.mark.parametrize("chip", BOARDS)
+@pytest.mark.parametrize("chip", CHIPS)
 def test_tasks_have_stack_enough(tools: Toolchain, chip: str) -> None:
     short = {
         task: way for task, (way, size) in task_stacks(program_of(chip), ROOT).items() if way.bytes + RESERVE > size
@@ -206,7 +210,7 @@ def test_tasks_have_stack_enough(tools: Toolchain, chip: str) -> None:
     assert not short
 
 
-@pytest.mark.parametrize("chip", BOARDS)
+@pytest.mark.parametrize("chip", CHIPS)
 def test_the_vector_has_stack_enough(tools: Toolchain, chip: str) -> None:
     size = re.search(r"^stack:\n    \.space (\d+)$", (ROOT / VECTOR).read_text(), re.MULTILINE)
     assert size

@@ -49,6 +49,7 @@ def outcome(tools: Toolchain, output: Path, vector: Path, seconds: float) -> str
     return FAULTS.get(code, f"exit code {code}") if code != 0 else "good"
 
 
+@pytest.mark.slow
 def test_the_vector_changes_nothing_wherever_it_comes(tools: Toolchain, tmp_path: Path) -> None:
     assert outcome(tools, tmp_path, ROOT / VECTOR, HANG_S) == "good"
 

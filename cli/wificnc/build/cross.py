@@ -16,7 +16,6 @@ from wificnc.build.platforms import Platform
 from wificnc.errors import BuildError
 
 RELEASE_FLAGS = ("-O2", "-g0")
-QUICK_FLAGS = ("-O0", "-g0")
 STRIP = "-s"
 
 
@@ -30,23 +29,22 @@ class CrossBuild:
     warnings: str  # of the compiler and the linker, for what was stale
 
 
-def build_platform(platform: Platform, *, root: Path | None = None, quick: bool = False) -> CrossBuild:
+def build_platform(platform: Platform, *, root: Path | None = None) -> CrossBuild:
     """Bring the library of a platform up to date, in build/platforms/NAME.
 
     Args:
         platform: which one.
         root: of the sources.
-        quick: without optimizing, in build/platforms/NAME-quick: to see whether it compiles and links.
 
     Raises:
         BuildError: it did not compile or link.
     """
     root = root or checkout_root()
-    directory = root / "build" / "platforms" / (f"{platform.name}-quick" if quick else platform.name)
+    directory = root / "build" / "platforms" / platform.name
     units = _units(root, directory, host_sources(root, platform.system))
     library = directory / platform.system.library
     with build_lock(directory):
-        warnings = _compile(root, platform, units, QUICK_FLAGS if quick else RELEASE_FLAGS)
+        warnings = _compile(root, platform, units)
         objects = tuple(unit.object for unit in units)
         if is_older(library, objects):
             warnings += _link(platform, ["-shared", *platform.system.link_flags], objects, library)
@@ -67,7 +65,7 @@ def build_platform_program(build: CrossBuild, source: Path, name: str) -> tuple[
     output = directory / f"{name}{build.platform.system.program_suffix}"
     with build_lock(directory):
         (unit,) = _units(root, directory, [source])
-        warnings = _compile(root, build.platform, [unit], RELEASE_FLAGS)
+        warnings = _compile(root, build.platform, [unit])
         objects = [unit.object, *build.objects]
         if is_older(output, objects):
             warnings += _link(build.platform, [], objects, output)
@@ -94,8 +92,8 @@ def _units(root: Path, directory: Path, sources: Sequence[Path]) -> list[Unit]:
     return [Unit(path, directory / "obj" / path.relative_to(root).with_suffix(".o")) for path in sources]
 
 
-def _compile(root: Path, platform: Platform, units: Sequence[Unit], optimizing: Sequence[str]) -> str:
-    flags = [*platform.target_flags, *FLAGS, *platform.system.flags, *optimizing]
+def _compile(root: Path, platform: Platform, units: Sequence[Unit]) -> str:
+    flags = [*platform.target_flags, *FLAGS, *platform.system.flags, *RELEASE_FLAGS]
     command = [*zig_cc(), *flags, *(f"-I{root / folder}" for folder in HEADERS)]
     return compile_stale(command, units, f"zig cc for {platform.name}")[1]
 
