@@ -17,6 +17,8 @@ enum status jog_begin(struct machine *machine, const char *text) {
     enum status status = gcode_jog(&machine->interp.gcode, text, command);
     if (status != STATUS_OK)
         return status;
+    if (machine->settings.jog_clamp)
+        reach_shorten(machine, machine->interp.gcode.position_mm, command->move.target_mm);
     status = reach_move(machine, &command->move);
     if (status != STATUS_OK)
         return status;

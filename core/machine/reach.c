@@ -68,6 +68,35 @@ bool reach_in_travel(const struct machine *machine, const double target_mm[AXIS_
     return true;
 }
 
+/* The part of the way, 0 to 1, after which an axis leaves its travel. */
+static double part_inside(const struct machine *machine, unsigned ax, double from_mm, double target_mm) {
+    double travel_mm = (double)machine->settings.max_travel_mm[ax];
+    double end_mm = target_mm > 0.0 ? 0.0 : -travel_mm;
+    bool leaves = target_mm > 0.0 || target_mm < -travel_mm;
+    bool began_inside = from_mm <= 0.0 && from_mm >= -travel_mm;
+    bool has_ends = travel_mm > 0.0 && (machine->drive.joints.kinematics.curved >> ax & 1) == 0;
+    return has_ends && leaves && began_inside ? (end_mm - from_mm) / (target_mm - from_mm) : 1.0;
+}
+
+void reach_shorten(const struct machine *machine, const double from_mm[AXIS_COUNT],
+                   double target_mm[AXIS_COUNT]) {
+    double part[AXIS_COUNT], least = 1.0;
+    if (!machine->settings.soft_limits)
+        return;
+    for (unsigned ax = 0; ax < machine->board.axis_count; ax++) {
+        part[ax] = part_inside(machine, ax, from_mm[ax], target_mm[ax]);
+        if (part[ax] < least)
+            least = part[ax];
+    }
+    if (least >= 1.0)
+        return;
+    for (unsigned ax = 0; ax < machine->board.axis_count; ax++) {
+        double end_mm = target_mm[ax] > 0.0 ? 0.0 : -(double)machine->settings.max_travel_mm[ax];
+        /* The end itself: rounding must not lie beyond it. */
+        target_mm[ax] = part[ax] <= least ? end_mm : from_mm[ax] + least * (target_mm[ax] - from_mm[ax]);
+    }
+}
+
 /* A line that leaves the travel brings everything to a controlled stop. */
 bool reach_leaves_travel(struct machine *machine, const double target_mm[AXIS_COUNT]) {
     if (reach_in_travel(machine, target_mm))

@@ -136,6 +136,8 @@ struct settings {
     uint8_t laser_curve_80_pct;
     /** $98 [us] 0..2000: Laser: time from signal to light; changes of S go out so much earlier. */
     uint16_t laser_rise_us;
+    /** $99: A `$J=` that leaves the travel ends where the travel ends ($20=1); off: error 15. */
+    bool jog_clamp;
     /** $100..$105 [steps/mm] 0.001..20000: Steps that move the axis by 1 mm (1 degree). */
     float steps_per_mm[AXIS_COUNT];
     /** $110..$115 [mm/min] 0.001..1000000: Maximum speed of the axis, used by G0. */
@@ -228,6 +230,7 @@ enum setting_number {
     SETTING_LASER_CURVE_60_PCT = 96,
     SETTING_LASER_CURVE_80_PCT = 97,
     SETTING_LASER_RISE_US = 98,
+    SETTING_JOG_CLAMP = 99,
     SETTING_STEPS_PER_MM = 100,
     SETTING_MAX_RATE_MM_MIN = 110,
     SETTING_ACCELERATION_MM_S2 = 120,
@@ -258,7 +261,7 @@ enum setting_effect {
 };
 
 /** Rows of the table (a per-axis row stands for six settings), and settings in all on six axes. */
-enum { SETTINGS_ROW_COUNT = 75, SETTINGS_COUNT = 120 };
+enum { SETTINGS_ROW_COUNT = 76, SETTINGS_COUNT = 121 };
 
 /** The greatest N of $N. */
 enum { SETTINGS_NUMBER_MAX = 539 };

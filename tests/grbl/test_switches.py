@@ -343,6 +343,48 @@ def test_jog_beyond_travel(grbl: Grbl) -> None:
     assert grbl.position()[0] == 250
 
 
+@pytest.fixture
+def clamped(grbl: Grbl) -> Grbl:
+    """10 mm below the end of X and Y, 40 by 30 mm of travel, and jogs that end at its ends."""
+    grbl.fine("$22=1", "$130=40", "$131=30", "$20=1", "$99=1", "$J=G91X-10Y-10F5000", "G4P0")
+    return grbl
+
+
+@pytest.mark.parametrize(
+    ("jog", "there_mm"),
+    [
+        ("G91X20Y-5F1000", (0, -12.5)),  # on the line, not along the wall
+        ("G91X1000Y1000F1000", (0, 0)),
+        ("G91X-40Y-40F1000", (-30, -30)),  # Y ends first
+        ("G53X-100F1000", (-40, -10)),
+        ("G91X5Y5F1000", (-5, -5)),
+    ],
+)
+def test_a_jog_ends_where_the_travel_ends(clamped: Grbl, jog: str, there_mm: tuple[float, float]) -> None:
+    clamped.fine(f"$J={jog}", "G4P0")
+    assert clamped.position()[:2] == pytest.approx([250 * mm for mm in there_mm], abs=0.5)
+    assert clamped.send("$J=G91X0.001F100\n") == "ok\r\n", "and nothing is trusted less"
+
+
+def test_a_jog_into_the_wall_goes_nowhere(clamped: Grbl) -> None:
+    clamped.fine("$J=G91X20F1000", "$J=G91X1F1000", "$J=G91X1Y-3F1000", "G4P0")
+    assert clamped.position()[:2] == [0, -2500]
+    clamped.fine("$J=G91Y-3F1000", "G4P0")
+    assert clamped.position()[:2] == [0, -3250]
+
+
+def test_a_jog_that_lies_outside_is_refused(clamped: Grbl) -> None:
+    """Where soft limits were off before: a way that begins outside can only end inside."""
+    clamped.fine("$20=0", "$J=G53X5F1000", "G4P0", "$20=1")
+    assert clamped.send("$J=G91X-2F1000\n") == clamped.send("$J=G91X2F1000\n") == "error:15\r\n"
+    clamped.fine("$J=G91X-6F1000", "G4P0")
+    assert clamped.position()[0] == -250
+
+
+def test_a_program_is_not_shortened(clamped: Grbl) -> None:
+    assert "ALARM:2" in clamped.send("G1X20F1000\n")
+
+
 def test_an_estop_before_the_first_step(grbl: Grbl) -> None:
     """The move that waited for look-ahead is gone, and no one wakes up for it for ever."""
     grbl.paced(0.002, "G1X5F100\n")
