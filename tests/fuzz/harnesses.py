@@ -25,6 +25,7 @@ LENGTHS = {
     "ota": 1024,
 }
 NAMES = tuple(LENGTHS)
+WITH_MACHINE = ("machine", "wire", "module", "component", "interleave")  # in virtual time, for seconds
 ESP32 = {"improv": ("link/improv.c",), "ota": ("net/ota.c",)}  # the firmware's files in a harness
 NOT_PORTABLE = ("wificnc.c", "network.c")  # of linuxcnc: they need HAL and sockets
 
