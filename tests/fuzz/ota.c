@@ -189,7 +189,7 @@ static void put_hex(char *text, const uint8_t *bytes, size_t count) {
     text[2 * count] = '\0';
 }
 
-/* @param flaw  0: good in all; 1: nobody's signature; 2: another key; 3: another image; 4: no digits */
+/* @param flaw  0: good in all; 1: another signature; 2: another key; 3: another image; 4: no digits */
 static void request(unsigned size, unsigned flaw) {
     char digest_hex[2 * SHA256_SIZE + 1], signature_hex[2 * SIGNATURE_SIZE + 1], mac_hex[2 * SHA256_SIZE + 1];
     char words[OTA_LINE_SIZE], message[OTA_LINE_SIZE + 2 * OTA_NONCE_SIZE], line[2 * OTA_LINE_SIZE];
