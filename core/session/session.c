@@ -88,13 +88,17 @@ static bool may_answer_stranger(struct session *session, size_t size, size_t ans
     return true;
 }
 
-/* By the seal behind it, of the session of any connection. @return that one, or NULL */
-static const struct session_client *sealed_by(struct session *session, const struct wire_header *header,
-                                              const uint8_t *bytes, size_t size) {
-    for (unsigned i = 0; i < SESSION_CLIENTS; i++)
-        if (seal_open(&session->client[i].seal, bytes, WIRE_HEADER_SIZE + (size_t)header->length, size))
-            return &session->client[i];
-    return NULL;
+/* By the seal behind it, of the session of a connection of this address: what another address sends again
+ * takes nothing from the host, not even its number. */
+static bool is_sealed(struct session *session, const uint8_t address[4], const struct wire_header *header,
+                      const uint8_t *bytes, size_t size) {
+    for (unsigned i = 0; i < SESSION_CLIENTS; i++) {
+        struct session_client *client = &session->client[i];
+        if (session_same(client->address, address) &&
+            seal_open(&client->seal, bytes, WIRE_HEADER_SIZE + (size_t)header->length, size))
+            return true;
+    }
+    return false;
 }
 
 /* What is not motion, and was not refused as unknown. */
@@ -127,10 +131,9 @@ static void act(struct session *session, const struct session_peer *from, const 
         session_note_moved(session, &pace, header->sequence);
 }
 
-void session_datagram(struct session *session, const struct session_peer *source, const uint8_t *bytes,
+void session_datagram(struct session *session, const struct session_peer *from, const uint8_t *bytes,
                       size_t size) {
     struct wire_header header;
-    struct session_peer peer = *source, *from = &peer;
     session_tick(session);
     /* Bytes that are not a packet say nothing about their sender: no listener, no sign of life. */
     if (!wire_open(bytes, size, &header)) {
@@ -138,11 +141,7 @@ void session_datagram(struct session *session, const struct session_peer *source
         return;
     }
     const uint8_t *payload = bytes + WIRE_HEADER_SIZE;
-    const struct session_client *proven = sealed_by(session, &header, bytes, size);
-    const bool sealed = proven != NULL;
-    /* Its host is who has proven the key, whoever has passed it on: no other address owns or is answered. */
-    if (sealed)
-        memcpy(peer.address, proven->address, sizeof peer.address);
+    bool sealed = is_sealed(session, from->address, &header, bytes, size);
     enum wire_refusal refusal = session_check_datagram(session, from->address, &header, sealed);
     bool known = sealed || access_may(session->options.access, lockout_ipv4(from->address));
     bool reachable = known || session_has_client(session, from->address);

@@ -167,7 +167,7 @@ void session_poll(struct session *session);
 uint32_t session_wait_us(const struct session *session);
 
 /** What came on the UDP port. */
-void session_datagram(struct session *session, const struct session_peer *source, const uint8_t *bytes,
+void session_datagram(struct session *session, const struct session_peer *from, const uint8_t *bytes,
                       size_t size);
 
 /** Where a new TCP client may go: a free place, or that of one that was silent for 30 s (but not one that
