@@ -1,8 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "access/access.h"
 
-#include "base/siphash.h"
-
 #include <string.h>
 
 #define DAY_US  86400000000u
@@ -17,6 +15,14 @@ static void digest_of(const char *normal, size_t count, uint8_t digest[SHA256_SI
     sha256_end(&sha, digest);
 }
 
+/* Whatever nonces might tell about their key, they tell nothing about the secret. */
+static void derive_nonce_key(struct access *access) {
+    static const char label[] = "WiFiCNC nonces";
+    uint8_t derived[SHA256_SIZE];
+    sha256_hmac(access->secret, SHA256_SIZE, label, sizeof label, derived);
+    memcpy(access->nonce_key, derived, sizeof access->nonce_key);
+}
+
 void access_init(struct access *access, const char *key, bool open, const uint8_t salt[ACCESS_SALT],
                  uint32_t now_us) {
     char normal[ACCESS_KEY_BYTES] = {0};
@@ -27,6 +33,7 @@ void access_init(struct access *access, const char *key, bool open, const uint8_
     digest_of(normal, count, access->digest);
     if (access->has_key)
         sha256_pbkdf2(normal, count, salt, ACCESS_SALT, ACCESS_ROUNDS, access->secret);
+    derive_nonce_key(access);
 }
 
 void access_poll(struct access *access, uint32_t now_us) {
@@ -75,7 +82,7 @@ void access_nonce(const struct access *access, uint32_t number, uint8_t nonce[AC
                            (uint8_t)(number >> 24)};
     for (unsigned half = 0; half < 2; half++) {
         question[4] = (uint8_t)half;
-        uint64_t digest = siphash(access->secret, question, sizeof question);
+        uint64_t digest = siphash(access->nonce_key, question, sizeof question);
         memcpy(nonce + half * sizeof digest, &digest, sizeof digest);
     }
 }

@@ -11,6 +11,7 @@
 #include "access/key.h"
 #include "base/lockout.h"
 #include "base/sha256.h"
+#include "base/siphash.h"
 
 enum {
     ACCESS_SALT = 16,
@@ -40,6 +41,7 @@ struct access {
     uint8_t digest[SHA256_SIZE]; /* of the key */
     uint8_t salt[ACCESS_SALT];   /* new at each start */
     uint8_t secret[SHA256_SIZE]; /* PBKDF2 of key and salt: what proofs are made with */
+    uint8_t nonce_key[SIPHASH_KEY];
     struct lockout lockout;
     struct access_trust trust[ACCESS_TRUSTED];
     uint64_t now_us; /* does not wrap */

@@ -96,6 +96,8 @@
     X(171, PARKED_PROBE, "the probe was in contact before the move, or did not find it: nothing was set")    \
     X(172, PARKED_OFFSET, "the job's line sets offsets itself when it continues: change them after it")      \
     X(173, PARKED_KINEMATICS, "in a parked hold only straight axes can be moved ($80)")                      \
+    X(180, NOT_LOGGED_IN, "this client is not logged in, and the line had no effect (wificnc login)")        \
+    X(181, OBSERVER, "another client is in control, and the line had no effect: $TAKE takes control")        \
     /* end of the table */
 
 enum status {

@@ -74,14 +74,17 @@ static bool is_moving(const struct machine *machine) {
     return !machine_is_standing(machine) && machine->task.stage != TASK_DWELLING;
 }
 
-/* Whether motion was cut off is seen before stop() ends it. The banner waits (life.restart) until what is
- * being stored has been written: machine_poll(). */
+/* Whether motion is cut off is seen before stop() ends it; of a dwell, whose line may be that of a job to
+ * which the axes return, by what stop() has counted. The banner waits (life.restart) until what is being
+ * stored has been written: machine_poll(). */
 void reset_machine(struct machine *machine, enum alarm alarm) {
-    if (alarm == ALARM_NONE && machine->life.state == MACHINE_HOME)
-        alarm = ALARM_HOMING_RESET;
-    else if (alarm == ALARM_NONE && is_moving(machine))
-        alarm = ALARM_RESET_IN_MOTION;
+    const bool homes = machine->life.state == MACHINE_HOME, moves = is_moving(machine);
+    const uint8_t losses = machine->trust.losses;
     stop(machine);
+    if (alarm == ALARM_NONE && homes)
+        alarm = ALARM_HOMING_RESET;
+    else if (alarm == ALARM_NONE && (moves || losses != machine->trust.losses))
+        alarm = ALARM_RESET_IN_MOTION;
     probe_forget(&machine->probe);
     interp_forget(&machine->interp);
     outputs_off(machine);

@@ -88,12 +88,16 @@ static bool may_answer_stranger(struct session *session, size_t size, size_t ans
     return true;
 }
 
-/* By the seal behind it, of the session of any connection. */
-static bool is_sealed(struct session *session, const struct wire_header *header, const uint8_t *bytes,
-                      size_t size) {
-    for (unsigned i = 0; i < SESSION_CLIENTS; i++)
-        if (seal_open(&session->client[i].seal, bytes, WIRE_HEADER_SIZE + (size_t)header->length, size))
+/* By the seal behind it, of the session of a connection of this address: what another address sends again
+ * takes nothing from the host, not even its number. */
+static bool is_sealed(struct session *session, const uint8_t address[4], const struct wire_header *header,
+                      const uint8_t *bytes, size_t size) {
+    for (unsigned i = 0; i < SESSION_CLIENTS; i++) {
+        struct session_client *client = &session->client[i];
+        if (session_same(client->address, address) &&
+            seal_open(&client->seal, bytes, WIRE_HEADER_SIZE + (size_t)header->length, size))
             return true;
+    }
     return false;
 }
 
@@ -137,7 +141,7 @@ void session_datagram(struct session *session, const struct session_peer *from, 
         return;
     }
     const uint8_t *payload = bytes + WIRE_HEADER_SIZE;
-    bool sealed = is_sealed(session, &header, bytes, size);
+    bool sealed = is_sealed(session, from->address, &header, bytes, size);
     enum wire_refusal refusal = session_check_datagram(session, from->address, &header, sealed);
     bool known = sealed || access_may(session->options.access, lockout_ipv4(from->address));
     bool reachable = known || session_has_client(session, from->address);

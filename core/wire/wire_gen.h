@@ -202,7 +202,7 @@ enum { WIRE_SEAL_SIZE = 16 };
 struct wire_seal {
     uint32_t session; /* of `authenticated` */
     uint32_t counter; /* 1 for the first datagram of the session, one more for each; at its end a new session begins */
-    uint8_t mac[8]; /* SipHash-2-4 of packet, session and counter, with the session's key */
+    uint8_t mac[8]; /* SipHash-1-3 of packet, session and counter, with the session's key */
 };
 
 void wire_put_seal(uint8_t *at, const struct wire_seal *from);

@@ -8,7 +8,9 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { READ_SIZE = 1024 };
+/* READ_REFUSED: of a client whose lines are refused, so that it has read the answers to some before the next.
+ */
+enum { READ_SIZE = 1024, READ_REFUSED = 128 };
 
 static const char nobody[] = "No client is in control: the first line takes control";
 static const char take_line[] = "$TAKE";
@@ -49,6 +51,14 @@ static void tell_observers(struct net_hub *hub, const char *text) {
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
         if (client != hub->owner && !client->locked)
             net_hub_say_message(hub, client, text);
+}
+
+void net_hub_refuse(struct net_hub *hub, struct net_client *client, enum status status, const char *why) {
+    char line[sizeof "error:-2147483648\r\n"];
+    if (why != NULL)
+        net_hub_say_message(hub, client, why);
+    int size = snprintf(line, sizeof line, "error:%d\r\n", (int)status);
+    net_hub_say(hub, client, line, (size_t)size);
 }
 
 static void explain(struct net_hub *hub, struct net_client *observer) {
@@ -277,25 +287,37 @@ static void take_observers(struct net_hub *hub, struct net_client *client, char 
         take_owners(hub, client, '\n', true);
     } else if (sound && net_hub_answer_access(hub, client, client->typed, size)) {
         return;
-    } else if (!empty) {
-        explain(hub, client);
+    } else if (empty) {
+        net_hub_say(hub, client, "ok\r\n", 4);
+    } else {
+        if (!client->explained)
+            explain(hub, client);
+        client->explained = true;
+        net_hub_refuse(hub, client, STATUS_OBSERVER, NULL);
     }
+}
+
+/* Of a line end CR LF; whatever else comes ends that. */
+static bool is_second_half(struct net_client *client, uint8_t byte) {
+    const bool second_half = byte == '\n' && client->after_cr;
+    client->after_cr = byte == '\r';
+    return second_half;
 }
 
 /* In a key real-time characters are letters like others. A line that is too long is none. */
 static void take_locked(struct net_hub *hub, struct net_client *client, uint8_t byte) {
     const char character = (char)byte;
-    if (byte == '\n' || byte == '\r') {
-        if (client->in.count > 0)
-            net_hub_log_in(hub, client);
-        return;
-    }
     if (net_line_is_realtime(byte) && !net_hub_is_login(net_queue_head(&client->in), client->in.count)) {
         client->asks |= byte == '?' || byte == FULL_STATUS;
         put_stop(hub, client, byte);
+    } else if (is_second_half(client, byte)) {
         return;
-    }
-    if (client->in.count < LOGIN_LINE_MAX)
+    } else if (byte == '\n' || byte == '\r') {
+        if (client->in.count > 0)
+            net_hub_log_in(hub, client);
+        else
+            net_hub_say(hub, client, "ok\r\n", 4);
+    } else if (client->in.count < LOGIN_LINE_MAX)
         (void)net_queue_add(&client->in, &character, 1);
 }
 
@@ -311,16 +333,15 @@ static void take_byte(struct net_hub *hub, struct net_client *client, uint8_t by
         client->asks = true;
         return;
     }
+    const bool is_realtime = net_line_is_realtime(byte);
+    if (!is_realtime && is_second_half(client, byte))
+        return;
     if (hub->owner == NULL && !mid_line)
         net_hub_set_owner(hub, client);
-    if (net_line_is_realtime(byte)) {
+    if (is_realtime) {
         (client == hub->owner ? put_realtime : put_stop)(hub, client, byte);
         return;
     }
-    bool second_half = byte == '\n' && client->after_cr;
-    client->after_cr = byte == '\r';
-    if (second_half)
-        return;
     bool line_ends = byte == '\n' || byte == '\r';
     (client == hub->owner ? take_owners : take_observers)(hub, client, (char)byte, line_ends);
 }
@@ -393,6 +414,7 @@ static void take_bytes(struct net_hub *hub, struct net_client *client, const cha
 
 void net_hub_log_in_again(struct net_hub *hub, struct net_client *client) {
     struct net_queue held = client->in;
+    client->explained = false;
     enum access_result result = net_hub_try_login(hub, client);
     if (result == ACCESS_WAIT)
         return;
@@ -413,8 +435,10 @@ bool net_hub_wants_write(const struct net_client *client) {
 
 bool net_hub_read(struct net_hub *hub, struct net_client *client) {
     char bytes[READ_SIZE];
-    size_t room = hub->sizes.in - client->in.count;
-    size_t size = room < READ_SIZE ? room : READ_SIZE;
+    const bool refused = client->locked || (hub->owner != NULL && client != hub->owner);
+    size_t room = hub->sizes.in - client->in.count, most = refused ? READ_REFUSED : READ_SIZE;
+    size_t size = room < most ? room : most;
+    client->explained = false;
     if (!net_hub_wants_read(hub, client))
         return false;
     long count;

@@ -110,6 +110,7 @@ struct net_client {
     uint32_t heard_us;  /* when it last said something useful, as a login that waits */
     bool braked;        /* an observer or locked client that has held the machine: it may reset it, too */
     bool told;          /* ... and one that has not, that it may not */
+    bool explained;     /* has the reason why its lines are refused: once for all that came together */
     char typed[13];     /* by an observer, in its line: $TRUST=always is the longest that it may send; of a
                            locked client the number of its question */
     uint8_t letters;    /* of these; UINT8_MAX: too many. Of a locked client: whether it has a question */

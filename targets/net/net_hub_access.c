@@ -97,17 +97,16 @@ static const char *revoke(struct access *access, const char *word, size_t size) 
 }
 
 /* A sender that was connected before: what it has sent is lost, so it must not continue in the middle. */
-static bool explain_trust(struct net_hub *hub, struct net_client *client) {
-    if (!access_may(hub->access, client->stream.peer))
-        return false;
-    net_hub_say_message(hub, client, "This address is trusted now: connect again");
-    return true;
+static const char trusted_now[] = "This address is trusted now: connect again";
+
+static bool is_trusted_now(const struct net_hub *hub, const struct net_client *client) {
+    return access_may(hub->access, client->stream.peer);
 }
 
 static void explain_trust_to_all(struct net_hub *hub) {
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
-        if (net_hub_is_open(client) && client->locked && !client->waits)
-            (void)explain_trust(hub, client);
+        if (net_hub_is_open(client) && client->locked && !client->waits && is_trusted_now(hub, client))
+            net_hub_say_message(hub, client, trusted_now);
 }
 
 static bool take_trust(struct net_hub *hub, struct net_client *client, const char *line, size_t size) {
@@ -210,7 +209,7 @@ void net_hub_end_login(struct net_hub *hub, struct net_client *client, enum acce
     client->waits = false;
     hub->ops->event(hub->ctx, result == ACCESS_GOOD ? "logged in" : "not logged in", client->name);
     if (result != ACCESS_GOOD) {
-        net_hub_say_message(hub, client, "Wrong access key");
+        net_hub_refuse(hub, client, STATUS_NOT_LOGGED_IN, "Wrong access key");
         return;
     }
     client->locked = false;
@@ -239,10 +238,12 @@ void net_hub_log_in(struct net_hub *hub, struct net_client *client) {
         return;
     }
     if (!net_hub_is_login(net_queue_head(&client->in), client->in.count)) {
-        if (!explain_trust(hub, client)) {
-            net_hub_say_message(hub, client, net_hub_locked_out);
+        const bool trusted = is_trusted_now(hub, client);
+        const char *why = trusted ? trusted_now : net_hub_locked_out;
+        net_hub_refuse(hub, client, STATUS_NOT_LOGGED_IN, client->explained ? NULL : why);
+        client->explained = true;
+        if (!trusted)
             note_knock(hub, client);
-        }
         net_queue_free(&client->in);
         return;
     }
@@ -311,7 +312,10 @@ bool net_hub_answer_access(struct net_hub *hub, struct net_client *client, const
     if (!trusts && !net_hub_is_login(line, size) && !is_question(line, size))
         return false;
     bool done = !trusts || take_trust(hub, client, line, size);
-    net_hub_say(hub, client, done ? "ok\r\n" : "error:3\r\n", done ? 4 : 9);
+    if (done)
+        net_hub_say(hub, client, "ok\r\n", 4);
+    else
+        net_hub_refuse(hub, client, STATUS_UNKNOWN_COMMAND, NULL);
     if (trusts && done && hub->access != NULL)
         net_hub_end_untrusted(hub, client);
     return true;

@@ -6,6 +6,8 @@
 
 #include "net_hub.h"
 
+#include "gcode/status.h"
+
 extern const char net_hub_locked_out[];
 
 /** Real-time bytes that stop the machine, besides `!`. */
@@ -21,6 +23,10 @@ static inline bool net_hub_is_open(const struct net_client *client) {
 void net_hub_say(struct net_hub *hub, struct net_client *client, const char *bytes, size_t count);
 
 void net_hub_say_message(struct net_hub *hub, struct net_client *client, const char *text);
+
+/** The answer to a line that has no effect: each line has one, so that no sender waits for ever.
+ * @param why  a message before it; NULL: it has that already */
+void net_hub_refuse(struct net_hub *hub, struct net_client *client, enum status status, const char *why);
 
 /** Notices for a client that may take control from now on. */
 void net_hub_greet(struct net_hub *hub, struct net_client *client);

@@ -130,7 +130,7 @@ def test_guessing_is_slowed_down_and_the_right_one_still_works() -> None:
         guesser.send(b"$LOGIN=a\n$LOGIN=b\n$LOGIN=correct horse\n")
         guesser.until(b"Wrong access key]")
         guesser.until(b"Wrong access key]")
-        assert guesser.until(b"ok\r\n") == b"\r\nok\r\n"
+        assert guesser.until(b"ok\r\n") == b"\r\nerror:180\r\nok\r\n"
 
 
 def test_a_guesser_holds_up_its_own_address_and_nobody_elses() -> None:

@@ -22,9 +22,11 @@ LENGTHS = {
     "websocket": 512,
     "mdns": 512,
     "improv": 512,
+    "ota": 1024,
 }
 NAMES = tuple(LENGTHS)
-ESP32 = {"improv": ("link/improv.c",)}  # the firmware's files in a harness
+WITH_MACHINE = ("machine", "wire", "module", "component", "interleave")  # in virtual time, for seconds
+ESP32 = {"improv": ("link/improv.c",), "ota": ("net/ota.c",)}  # the firmware's files in a harness
 NOT_PORTABLE = ("wificnc.c", "network.c")  # of linuxcnc: they need HAL and sockets
 
 

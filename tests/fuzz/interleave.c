@@ -15,8 +15,9 @@
 
 enum { HZ = 2000000, LINE_MAX = 96, THINGS_MAX = 400 };
 
-/* Longer than the longest stall and the slowest stop that the lines below ask for. */
-enum { UNATTENDED_MS = 6000 };
+/* The longest stall takes 1 s; the slowest stop 7 s: from 63 mm/s ($110 below) at the 10 mm/s2 that $RST=$
+ * leaves. Spindle and coolant follow 5 s ($75) after the stop. */
+enum { RESTS_MS = 1200, SLOWEST_STOP_MS = 8000 + RESTS_MS, OFF_MS = 6000, LOOK_MS = 200 };
 
 #define CHECKS                                                                                               \
     (MONITOR_COUNTER | MONITOR_ANSWERS | MONITOR_STATE | MONITOR_LIMITS | MONITOR_BEAM | MONITOR_LIVENESS)
@@ -243,13 +244,29 @@ static bool may_hold(const struct machine *machine) {
     return (machine->interp.gcode.modal.overrides & OVERRIDE_HOLD) != 0 && !machine->suspend.hold_waits;
 }
 
+/* @return false: it moves */
+static bool comes_to_rest(struct scene *scene) {
+    int32_t before[AXIS_COUNT], after[AXIS_COUNT];
+    unsigned rests_ms = 0;
+    virtual_position(scene->host, before);
+    for (unsigned ms = 0; ms < SLOWEST_STOP_MS && rests_ms < RESTS_MS; ms += LOOK_MS) {
+        pass(scene, LOOK_MS * 1000);
+        virtual_position(scene->host, after);
+        rests_ms = memcmp(before, after, sizeof before) == 0 ? rests_ms + LOOK_MS : 0;
+        memcpy(before, after, sizeof before);
+    }
+    return rests_ms >= RESTS_MS;
+}
+
 /* A while after its sender has gone, and with no one else, a machine is at rest, dark, and off. */
 static void claim_unattended(struct scene *scene) {
     int32_t before[AXIS_COUNT], after[AXIS_COUNT];
     struct virtual_outputs outputs;
-    pass(scene, UNATTENDED_MS * 1000);
+    const bool rests = comes_to_rest(scene);
     if (!may_hold(host_machine(scene->host)))
         return;
+    CLAIM(rests, "%s does not come to rest with nobody there", host_state(scene->host));
+    pass(scene, OFF_MS * 1000);
     virtual_outputs(scene->host, &outputs);
     virtual_position(scene->host, before);
     pass(scene, 1000000);

@@ -42,6 +42,17 @@ def trace(grbl: Grbl) -> list[tuple[int, ...]]:
     return places
 
 
+def test_a_reset_in_the_return_to_a_dwell_is_one_in_motion() -> None:
+    """The job's line is a dwell, in which nothing is cut off; the axes were on their way back to it."""
+    grbl = Grbl()
+    grbl.send("")
+    park(grbl, "G1X2F3000\nG4P5\n", 0.6)
+    assert "error" not in grbl.after(1.0, "$J=G91X60F3000\n")
+    grbl.after(0.5, "~")
+    assert grbl.state() == "Run"
+    assert "ALARM:3" in grbl.after(0.1, "\x18")
+
+
 JOBS = {
     "lines": "G1X4F1200\nY4\nX0\nY0\n",
     "arc": "G2X0Y0I3J0F900\nG1X1\n",

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from image_fixture import ALL_ON_CHIP, board, build, image
 from installed import install, missing
+from job import KEY
 from serve_chip import ChipProcess
 from serve_fixture import serve
 from wificnc.build.checkout import checkout_root
@@ -20,20 +21,23 @@ from wificnc.serve.server import Server
 __all__ = ["board", "build", "image", "serve"]
 
 SPEED = 2.0  # times real time: senders poll by the wall clock and must see the machine run
+BEHIND_A_LOGIN = {"test_grbl_streamer", "test_bcnc_sender", "test_cncjs"}  # at the network of a controller with a key
 ON_CHIP_ALWAYS = {"test_plain_character_counting", "test_grbl_streamer"}  # the others with make test-chip
 
 
 def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     if "server" in metafunc.fixturenames:
         on_chip = ALL_ON_CHIP or metafunc.definition.name in ON_CHIP_ALWAYS
-        metafunc.parametrize("server", ["host", "chip"] if on_chip else ["host"], indirect=True)
+        here = "locked" if metafunc.definition.name in BEHIND_A_LOGIN else "host"
+        metafunc.parametrize("server", [here, "chip"] if on_chip else [here], indirect=True)
 
 
 @pytest.fixture
 def server(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Server | ChipProcess]:
     """250 steps/mm, 5000 mm/min, 500 mm/s2, at a pseudo-terminal and at TCP."""
-    if request.param == "host":
-        yield request.getfixturevalue("serve")(speed=SPEED, pty=True)
+    if request.param != "chip":
+        key = KEY if request.param == "locked" else ""
+        yield request.getfixturevalue("serve")(speed=SPEED, pty=True, key=key)
         return
     request.getfixturevalue("build")
     with ExitStack() as stack:

@@ -50,6 +50,29 @@ def idle(sender: Quiet) -> None:
         wait(sender, "not idle", lambda: CNC.vars["state"] == "Idle")
 
 
+def refused(port: str) -> None:
+    """Run lines that a locked controller refuses. Prints what the operator sees."""
+    sender = Quiet()
+    assert sender.open(port, 115200)
+    wait(sender, "no report", lambda: CNC.vars["state"] == "Idle")
+    sender.initRun()
+    for _line in range(40):
+        sender.queue.put("G1 X1 F600\n")
+    sender.queue.put((WAIT,))
+    sender._runLines = 41
+    shown: list[tuple[int, str]] = []
+
+    def has_stopped() -> bool:
+        while not sender.log.empty():
+            shown.append(sender.log.get_nowait())
+        return sender.queue.qsize() == 0 and any(kind == Sender.MSG_ERROR for kind, _text in shown)
+
+    wait(sender, "it waits for an answer", has_stopped)
+    sender.runEnded()
+    sender.close()
+    print(json.dumps([str(text) for _kind, text in shown]))
+
+
 def main(port: str, file: str) -> None:
     sender = Quiet()
     assert sender.open(port, 115200)
@@ -77,7 +100,7 @@ def main(port: str, file: str) -> None:
 
 
 try:
-    main(*sys.argv[2:])
+    (refused if len(sys.argv) == 3 else main)(*sys.argv[2:])
 except BaseException:
     traceback.print_exc()
     os._exit(1)  # its threads would continue

@@ -1,5 +1,6 @@
 // Drives a CNCjs server as its own pages do: signs in, opens the serial port, reads settings and parser state,
-// loads a program and streams it to its end. Prints what CNCjs saw as JSON.
+// loads a program and streams it to its end. Prints what CNCjs saw as JSON. Without a file: what it shows when a locked
+// controller refuses a line.
 'use strict';
 const [directory, url, port, file] = process.argv.slice(2);
 const { createRequire } = require('module');
@@ -8,6 +9,7 @@ const fs = require('fs');
 
 const deadline = setTimeout(() => fail('nothing more happened'), 300000);
 const errors = [];
+const shown = [];
 let controller = {};
 let settings = {};
 let hasRun = false; // a report is as old as the last poll: Idle counts once Run was seen
@@ -29,6 +31,11 @@ async function main() {
     socket.on('serialport:error', (options) => fail('the port: ' + JSON.stringify(options)));
     socket.on('serialport:read', (line) => {
         if (/^(error|ALARM):/.test(line)) errors.push(line);
+        shown.push(line);
+        if (!file && /Locked: log in/.test(line)) begin();
+    });
+    socket.on('workflow:state', (state) => {
+        if (!file && state === 'paused') console.log(JSON.stringify(shown)), process.exit(0);
     });
     socket.on('controller:settings', (type, all) => { settings = all.settings || {}; begin(); });
     socket.on('controller:state', (type, state) => {
@@ -46,9 +53,9 @@ async function main() {
     socket.on('startup', () => socket.emit('open', port, { controllerType: 'Grbl', baudrate: 115200, rtscts: false }));
 
     function begin() {
-        if (loaded || !settings.$100 || !(controller.parserstate || {}).modal) return;
+        if (loaded || (file && (!settings.$100 || !(controller.parserstate || {}).modal))) return;
         loaded = true;
-        command('gcode:load', 'job.nc', fs.readFileSync(file, 'utf8'), {}, () => {});
+        command('gcode:load', 'job.nc', file ? fs.readFileSync(file, 'utf8') : 'G1 X1 F600\nG1 X2\n', {}, () => {});
     }
 
     function finish(status) {

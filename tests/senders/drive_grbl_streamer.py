@@ -48,8 +48,28 @@ def main(port: str, file: str) -> None:
     print(json.dumps(result))
 
 
+def refused(port: str) -> None:
+    """Run a line that a locked controller refuses. Prints the errors that it reports."""
+    ended = threading.Event()
+    errors: list[str] = []
+
+    def callback(event: str, *data: object) -> None:
+        if event == "on_error":
+            errors.append(str(data[0]))
+            ended.set()
+
+    streamer = GrblStreamer(callback)
+    streamer.setup_logging()
+    streamer.cnect(port, 115200)
+    streamer.write("G1 X1 F600\nG1 X2\n")
+    streamer.job_run()
+    assert ended.wait(HANG_S), "it waits for an answer"
+    print(json.dumps(errors), flush=True)
+    os._exit(0)  # disconnect() waits for a controller that has booted
+
+
 try:
-    main(*sys.argv[1:])
+    (refused if len(sys.argv) == 2 else main)(*sys.argv[1:])
 except BaseException:
     traceback.print_exc()
     os._exit(1)  # its threads would continue

@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 
 LINES = 300
+KEY = "k7qf3-x2m9d-0abcd-efghj"  # of the controllers that are locked
 
 
 def write_job(path: Path) -> list[float]:

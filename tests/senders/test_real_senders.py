@@ -11,18 +11,22 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from typing import Any
 
 import pytest
 from installed import missing
-from job import write_job
+from job import KEY, write_job
 from patience import HANG_S
+from relay import Relay
+from serve_chip import ChipProcess
 from serve_peer import Peer, stream
+from wificnc.commands.login import command as login
 from wificnc.serve.server import Server
 
 HERE = Path(__file__).parent
+LOCKED = "[MSG:Locked: log in at the web page, by wificnc login, or send $LOGIN=access key]"
 
 
 def drive(argv: list[str], packages: Path | None = None) -> dict[str, Any]:
@@ -34,7 +38,7 @@ def drive(argv: list[str], packages: Path | None = None) -> dict[str, Any]:
     return result
 
 
-def check(server: Server, saw: dict[str, Any], end: list[float]) -> None:
+def check(server: Server | ChipProcess, saw: dict[str, Any], end: list[float]) -> None:
     """No error on the way; the sender's position, the controller's, and the program's end are one."""
     assert server.tcp
     assert saw["errors"] == []
@@ -53,12 +57,30 @@ def test_plain_character_counting(server: Server, tmp_path: Path) -> None:
         assert peer.idle_position_mm()[:3] == end
 
 
+def run_job(
+    server: Server | ChipProcess, tmp_path: Path, command: Callable[[str], list[str]], packages: Path | None = None
+) -> tuple[Any, Any]:
+    """What a sender shows of a controller that is locked, if it is; and what it saw of a job to its end, which it runs
+    at a serial port, or over the network after one login from its computer."""
+    end, shown = write_job(tmp_path / "job.nc"), None
+    with ExitStack() as stack:
+        port = str(server.options.pty)
+        if isinstance(server, Server) and server.options.key:
+            assert server.tcp
+            with Relay(server.tcp) as relay:
+                shown = drive(command(relay.path), packages)
+            login.main([server.tcp, "--key", KEY], standalone_mode=False)
+            port = stack.enter_context(Relay(server.tcp)).path
+        saw = drive([*command(port), str(tmp_path / "job.nc")], packages)
+    check(server, saw, end)
+    return shown, saw
+
+
 def test_grbl_streamer(server: Server, tmp_path: Path, from_pypi: Callable[..., Path]) -> None:
     packages = from_pypi("grbl-streamer", "grbl-streamer==2.0.2", "gcode-machine==1.0.3", "pyserial==3.5")
-    end = write_job(tmp_path / "job.nc")
     driver = str(HERE / "drive_grbl_streamer.py")
-    saw = drive([sys.executable, driver, str(server.options.pty), str(tmp_path / "job.nc")], packages)
-    check(server, saw, end)
+    shown, _ = run_job(server, tmp_path, lambda port: [sys.executable, driver, port], packages)
+    assert shown is None or shown[0] == "error:180"  # it shows no messages
 
 
 @pytest.mark.slow
@@ -68,10 +90,9 @@ def test_bcnc_sender(server: Server, tmp_path: Path, from_pypi: Callable[..., Pa
     packages = from_pypi(
         "bcnc", "bCNC==0.9.16", "pyserial==3.5", "svgelements==1.9.6", "shxparser==0.0.2", "Pillow", "numpy"
     )
-    end = write_job(tmp_path / "job.nc")
     driver = str(HERE / "drive_bcnc.py")
-    saw = drive([sys.executable, driver, str(packages), str(server.options.pty), str(tmp_path / "job.nc")], packages)
-    check(server, saw, end)
+    shown, _ = run_job(server, tmp_path, lambda port: [sys.executable, driver, str(packages), port], packages)
+    assert shown is None or {LOCKED, "error:180"} <= set(shown)
 
 
 @contextmanager
@@ -100,11 +121,10 @@ def cncjs_server(directory: Path, scratch: Path) -> Iterator[str]:
 @pytest.mark.slow
 def test_cncjs(server: Server, tmp_path: Path, from_npm: Callable[..., Path]) -> None:
     directory = from_npm("cncjs", "cncjs@1.11.5")
-    end = write_job(tmp_path / "job.nc")
     with cncjs_server(directory, tmp_path) as url:
         driver = str(HERE / "drive_cncjs.js")
-        saw = drive(["node", driver, str(directory), url, str(server.options.pty), str(tmp_path / "job.nc")])
+        shown, saw = run_job(server, tmp_path, lambda port: ["node", driver, str(directory), url, port])
+    assert shown is None or {LOCKED, "error:180"} <= set(shown)
     total, sent, received = saw["lines"]
     assert total == sent == received
     assert saw["modal"]["motion"] in ("G0", "G1")
-    check(server, saw, end)

@@ -35,6 +35,7 @@ def test_observers_line_is_explained_and_not_run(server: Server) -> None:
         observer.until("^ok$")
         observer.send("G0X5\n")
         assert observer.until(r"^\[MSG:Observer")[-1].endswith("$TAKE takes control]")
+        assert observer.line() == "error:181", "each line has one answer, so that no sender waits for ever"
         assert owner.idle_position_mm()[0] == 1.0
 
 

@@ -6,8 +6,9 @@ import json
 from pathlib import Path
 
 import pytest
-from serve_peer import Peer, Serve, connect
+from serve_peer import Peer, Serve, connect, stream
 from wificnc.commands.login import command
+from wificnc.commands.status import command as status_command
 from wificnc.commands.unlock import command as unlock_command
 from wificnc.errors import RefusedError, UserError
 from wificnc.link.access import login_proof, normal_key
@@ -47,6 +48,27 @@ def test_a_sender_that_was_connected_before_the_login_is_told_to_connect_again(s
         assert sender.until("MSG:")[-1] == told
     with connect(server) as sender:
         assert sender.ask("G0X1") == ["ok"]
+
+
+def test_a_locked_senders_lines_have_one_answer_each(serve: Serve) -> None:
+    """A sender that gets none waits for ever."""
+    with connect(serve(key=KEY)) as sender:
+        assert "[MSG:Locked" in sender.until("MSG:")[-1]
+        assert stream(sender, ["G0X1", "", "$$", *["G1X2F100"] * 300]) == ["error:180", "ok", *["error:180"] * 301]
+
+
+def test_the_status_of_a_locked_controller_says_how_to_log_in(serve: Serve, capfd: pytest.CaptureFixture[str]) -> None:
+    """It showed the state alone."""
+    tcp = serve(key=KEY).tcp
+
+    def shown(*arguments: str) -> str:
+        status_command.main(["--to", *arguments], standalone_mode=False)
+        return capfd.readouterr().out
+
+    assert f"`wificnc login {tcp}`" in (said := " ".join(shown(str(tcp)).split())) and "locked" in said
+    assert json.loads(shown(str(tcp), "--json"))["logged_in"] is False
+    assert json.loads(shown(f":{KEY}@{tcp}", "--json"))["logged_in"] is True
+    assert "log in" not in shown(f":{KEY}@{tcp}")
 
 
 def test_trust_for_ever_survives_a_restart_and_is_listed_and_revoked(

@@ -119,9 +119,9 @@ function sipHash(key, data) {
   const padded = Buffer.concat([data, Buffer.alloc(7 - (data.length % 8)), Buffer.from([data.length & 0xff])]);
   for (let at = 0; at < padded.length; at += 8) {
     const word = padded.readBigUInt64LE(at);
-    d ^= word; rounds(2); a ^= word;
+    d ^= word; rounds(1); a ^= word;
   }
-  c ^= 0xffn; rounds(4);
+  c ^= 0xffn; rounds(3);
   return a ^ b ^ c ^ d;
 }
 

@@ -4,7 +4,10 @@ that are trusted; and what an attacker who knows the protocol but not the key ca
 from __future__ import annotations
 
 import ctypes
+import os
 import random
+import subprocess
+import sys
 from collections.abc import Callable
 
 import pytest
@@ -33,6 +36,8 @@ from wificnc.wmc3.layout import (
     Reset,
     Resume,
     State,
+    Statistics,
+    StatisticsResponse,
     Status,
     StreamOpen,
     StreamOpened,
@@ -72,9 +77,26 @@ def locked(make_device: Callable[..., Device]) -> Device:
 # ---- seals ----
 
 
-def test_a_siphash_is_that_of_its_paper() -> None:
-    """Appendix A."""
-    assert siphash(bytes(range(16)), bytes(range(15))) == 0xA129CA6149BE45E5
+def pythons_key(seed: int) -> bytes:
+    """The key of hash() that PYTHONHASHSEED leads to (CPython, Python/bootstrap_hash.c)."""
+    key = bytearray()
+    for _ in range(16 if seed else 0):
+        seed = seed * 214013 + 2531011 & 0xFFFFFFFF
+        key.append(seed >> 16 & 0xFF)
+    return bytes(key) or bytes(16)
+
+
+@pytest.mark.skipif(sys.hash_info.algorithm != "siphash13", reason="hash() of this Python is no SipHash-1-3")
+@pytest.mark.parametrize("seed", [0, 77])
+def test_a_siphash_is_that_of_another_implementation(seed: int) -> None:
+    """Python's hash() of bytes."""
+    lengths = [*range(1, 26), 390]
+    code = f"print(*(hash(bytes(n * 37 & 255 for n in range(count))) for count in {lengths}))"
+    environment = {**os.environ, "PYTHONHASHSEED": str(seed)}
+    run = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+    for count, theirs in zip(lengths, run.stdout.split(), strict=True):
+        ours = siphash(pythons_key(seed), bytes(n * 37 & 255 for n in range(count)))
+        assert ours == int(theirs) % 2**64, count
 
 
 def test_the_cores_siphash_is_that_wherever_the_bytes_lie() -> None:
@@ -107,6 +129,18 @@ def test_a_sealed_datagram_counts_once_whenever_it_is_played_again(locked: Devic
         locked.raw(locked.sealer.seal(motion(locked, 0)))
         locked.run(0.01)
     assert steps_of_x(locked, sealed) == 0
+
+
+def test_a_sealed_datagram_from_another_address_takes_nothing(locked: Device) -> None:
+    """Who caught the first one and sent it on had become the owner, and the host was refused."""
+    client = locked.connect()
+    assert locked.prove(client, KEY) == Refusal.NONE
+    assert locked.sealer is not None
+    caught = locked.sealer.seal(motion(locked))
+    assert steps_of_x(locked, caught, OTHER) == 0
+    assert steps_of_x(locked, caught) == 100, "its number is not used up"
+    counts = locked.request(client, Statistics()).payload
+    assert isinstance(counts, StatisticsResponse) and ".".join(map(str, counts.owner)) == HOST
 
 
 def test_late_datagrams_count_within_the_window_and_not_beyond(locked: Device) -> None:

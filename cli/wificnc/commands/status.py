@@ -30,17 +30,25 @@ def command(target: str, as_json: bool) -> None:
         now = client.look_fully()
         found = client.condition()
         commander = client.commander()
+        login = client.login_hint() if client.is_locked_out() else ""
     if as_json:
-        found_json = {"why": found.why, "next": found.next, "commanded_by": commander}
+        found_json = {"why": found.why, "next": found.next, "commanded_by": commander, "logged_in": not login}
         ui.emit_json({**status_json(target, now), **found_json})
         return
     table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
     table.add_column(style="dim")
     table.add_column()
     table.add_row("state", f"[{STATE_STYLES.get(now.status.state, 'default')}]{now.state}[/]")
-    for name, text in [*condition_rows(found, commander), *status_rows(now)]:
+    for name, text in [*access_rows(login), *condition_rows(found, commander), *status_rows(now)]:
         table.add_row(name, text)
     ui.data.print(table)
+
+
+def access_rows(login: str) -> list[tuple[str, str]]:
+    """That the controller takes no commands before a login. login: how to log in; "" if that is not needed"""
+    if not login:
+        return []
+    return [("access", "locked: before a login you can look, hold and stop only"), ("log in", escape(login))]
 
 
 def condition_rows(found: Condition, commander: str | None) -> list[tuple[str, str]]:

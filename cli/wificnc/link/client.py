@@ -257,7 +257,7 @@ class Client:
         if (other := who_commands(message)) is not None:
             raise RefusedError(f"another client is in control: {other}", hint="--take takes control")
         if isinstance(message, Bracket) and message.body.startswith(LOCKED):
-            raise RefusedError(f"{self.transport.name} is locked", hint="--to tcp://:KEY@HOST, or wificnc login")
+            raise RefusedError(f"{self.transport.name} is locked", hint=self.login_hint())
 
     def command(
         self,
@@ -321,6 +321,15 @@ class Client:
         raise RefusedError(f"{line} is refused: {error_words(answer.code)}", hint=hints.get(answer.code))
 
     # ---- questions ----
+
+    def is_locked_out(self) -> bool:
+        """Whether the controller requires its access key first, as it has reported up to the first report."""
+        return any(body.startswith(LOCKED) for body in self.notices or ())
+
+    def login_hint(self) -> str:
+        """How to log in to this controller."""
+        place = self.transport.name.removeprefix("tcp://")
+        return f"`wificnc login {place}` (docs/security.md: where to find the access key), or --to :KEY@{place}"
 
     def commander(self) -> str | None:
         """Another client that commands, as the controller has reported it up to the first report."""

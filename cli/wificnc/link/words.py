@@ -90,6 +90,8 @@ ERRORS: dict[int, str] = {
     171: "the probe was in contact before the move, or did not find it: nothing was set",
     172: "the job's line sets offsets itself when it continues: change them after it",
     173: "in a parked hold only straight axes can be moved ($80)",
+    180: "this client is not logged in, and the line had no effect (wificnc login)",
+    181: "another client is in control, and the line had no effect: $TAKE takes control",
 }
 
 ALARMS: dict[int, str] = {

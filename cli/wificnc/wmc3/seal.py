@@ -38,7 +38,7 @@ class Sealer:
 
 
 def siphash(key: bytes, data: bytes) -> int:
-    """SipHash-2-4 (Aumasson, Bernstein 2012). Datagrams are short; a library would be one dependency more."""
+    """SipHash-1-3 (Aumasson, Bernstein 2012). Datagrams are short; a library would be one dependency more."""
     k0: int
     k1: int
     k0, k1 = struct.unpack("<QQ", key)
@@ -47,10 +47,10 @@ def siphash(key: bytes, data: bytes) -> int:
     words: tuple[int, ...] = struct.unpack(f"<{len(padded) // 8}Q", padded)
     for word in words:
         v[3] ^= word
-        _turn(v, 2)
+        _turn(v, 1)
         v[0] ^= word
     v[2] ^= 0xFF
-    _turn(v, 4)
+    _turn(v, 3)
     return v[0] ^ v[1] ^ v[2] ^ v[3]
 
 

@@ -36,7 +36,9 @@ const MOVING = new Set(["Run", "Jog", "Home"]);
 const ANSWERS_IN = new Set(["Idle", "Alarm"]);
 const OBSERVER = /^Observer: | is in control$/;
 const NOBODY = /^No client is in control/;
-const LOCKED = /^(Locked: log in|Wrong access key|Too many wrong)/;
+const LOCKED = /^(Locked: log in|Wrong access key)/;
+/** Answers to lines that the controller has not looked at: not logged in, an observer. */
+const NOT_TAKEN = new Set([180, 181]);
 /** After some alarms the controller takes no commands until it is reset. */
 const TOOL_CHANGE = /^Tool change: T(\d+)/;
 const NEEDS_RESET = /^Reset to continue/;
@@ -387,7 +389,7 @@ export class Controller {
     const quiet = this.queue.answersQuietly;
     if (message.kind === "ok" || message.kind === "error") {
       const mine = this.queue.answer(message.kind === "ok" ? null : message.code);
-      if (mine) this.role.value = "owner";
+      if (mine && !(message.kind === "error" && NOT_TAKEN.has(message.code))) this.role.value = "owner";
       if (message.kind === "error" && mine && !quiet) this.note("controller", `${text}  ${errorWords(message.code)}`, true);
       return;
     }
@@ -451,10 +453,7 @@ export class Controller {
     if (NEEDS_RESET.test(body)) this.needsReset.value = true;
     const tool = TOOL_CHANGE.exec(body)?.[1];
     if (tool) this.awaitedTool.value = Number(tool);
-    if (LOCKED.test(body)) {
-      this.locked.value = true;
-      this.queue.forget(); // what a locked-out client says is not answered
-    }
+    if (LOCKED.test(body)) this.locked.value = true;
     if (NOBODY.test(body)) this.role.value = "nobody";
     if (!OBSERVER.test(body) || NOBODY.test(body)) return;
     this.role.value = "observer";

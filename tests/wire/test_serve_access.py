@@ -1,0 +1,126 @@
+"""Who may command by the binary protocol, over real sockets: hosts that know no key, two hosts, and another key."""
+
+from __future__ import annotations
+
+import socket
+import time
+from collections.abc import Callable
+
+import pytest
+from patience import HANG_S, wait_until
+from serve_peer import Peer
+from test_serve_wire import ADDRESS, STRANGER, position, serve
+from wificnc.errors import LinkError, RefusedError
+from wificnc.serve.options import Address
+from wificnc.serve.server import Server
+from wificnc.wmc3 import device as device_module
+from wificnc.wmc3.device import Device
+from wificnc.wmc3.layout import UDP_PORT, Jog, Motion, Segment, Statistics, StatisticsResponse
+from wificnc.wmc3.packet import build
+
+__all__ = ["serve"]
+
+KEY = "a secret of sixteen"
+ELSEWHERE = "127.0.0.67"
+
+pytestmark = pytest.mark.skipif(ADDRESS == "127.0.0.1", reason="127.0.0.1 is the only address of this computer")
+
+
+class RawHost:
+    """A host as upstream's are: it knows neither keys nor seals."""
+
+    def __init__(self) -> None:
+        self.number = 0
+        self.last = b""
+
+    def send(self, address: str, again: bool = False) -> None:
+        """Ten steps of X from this address, or the very bytes of the last time."""
+        if not again:
+            self.number += 1
+            now_us = int(time.monotonic() * 1e6) & 0xFFFFFFFF
+            self.last = build(Motion(count=1), self.number, now_us, [Segment((10, 0, 0, 0, 0, 0), 10_000)])
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as raw:
+            raw.bind((address, 0))
+            raw.sendto(self.last, (ADDRESS, UDP_PORT))
+
+
+def tell(server: Server, *lines: str) -> None:
+    """Log in from the stranger's address, and say these."""
+    assert server.tcp
+    host, _, port = server.tcp.rpartition(":")
+    sock = socket.create_connection((host, int(port)), HANG_S, (STRANGER, 0))
+    sock.setblocking(False)
+    with Peer(sock.fileno(), sock) as peer:
+        for line in (f"$LOGIN={KEY}", *lines):
+            assert peer.ask(line)[-1] == "ok"
+
+
+def settled(device: Device) -> int:
+    """X, when what was sent before has come: the answer to a request is behind it."""
+    device.request(Statistics(), StatisticsResponse)
+    time.sleep(0.05)
+    return position(device)[0]
+
+
+def test_a_host_that_knows_no_key_moves_from_a_trusted_address_only(serve: Callable[..., Server]) -> None:
+    server, host = serve(key=KEY, tcp=Address("127.0.0.1", 0)), RawHost()
+    with Device(ADDRESS, KEY) as watcher:
+        host.send(STRANGER)
+        assert settled(watcher) == 0, "not trusted yet"
+        tell(server, "$TRUST=day")
+        host.send(STRANGER)
+        wait_until(lambda: position(watcher)[0] == 10, "it moves")
+        for address in (ELSEWHERE, STRANGER):
+            host.send(address, again=True)
+            assert settled(watcher) == 10, "the same again, from another address and from its own"
+        host.send(ELSEWHERE)
+        assert settled(watcher) == 10, "another address"
+        tell(server, "$TRUST=no")
+        host.send(STRANGER)
+        assert settled(watcher) == 10, "not trusted any more"
+
+
+def test_a_host_that_may_not_command_is_told_how(serve: Callable[..., Server]) -> None:
+    serve(key=KEY)
+    with Device(ADDRESS) as stranger, pytest.raises(RefusedError) as refused:
+        stranger.command(Jog(0, 1, 1000))
+    assert "wificnc login" in (refused.value.hint or "")
+
+
+def test_two_hosts_take_control_from_each_other(serve: Callable[..., Server], monkeypatch: pytest.MonkeyPatch) -> None:
+    serve(key=KEY)
+    with Device(ADDRESS, KEY) as first:
+        monkeypatch.setattr(device_module, "_local_address", lambda _: STRANGER)
+        with Device(ADDRESS, KEY) as second, Device(ADDRESS) as third:
+            first.command(Jog(0, 1, 1000))
+            wait_until(lambda: position(first)[0] > 0, "it jogs")
+            with pytest.raises(RefusedError, match="owner"):
+                second.command(Jog(1, 1, 1000))
+            with pytest.raises(RefusedError, match="authentication"):
+                third.take()
+            second.take()
+            with pytest.raises(RefusedError, match="owner"):
+                first.command(Jog(0, 1, 1000))
+            second.command(Jog(1, 1, 1000))
+            wait_until(lambda: position(first)[1] > 0, "the new owner jogs")
+            first.take()
+            first.command(Jog(0, -1, 1000))
+
+
+def test_after_a_restart_with_another_key_nothing_of_before_counts(serve: Callable[..., Server]) -> None:
+    """Sessions, proofs and connections of before the key was changed."""
+    before = serve(key=KEY)
+    with Device(ADDRESS, KEY) as host:
+        host.command(Jog(0, 1, 1000))
+        wait_until(lambda: position(host)[0] > 0, "it jogs")
+        before.stop()
+        serve(key="another secret of mine")
+        with Device(ADDRESS, "another secret of mine") as owner:
+            for _ in range(20):
+                host.post(Jog(0, 1, 1000))  # sealed by the session of before
+            assert settled(owner) == 0
+            with pytest.raises(LinkError):
+                host.command(Jog(0, 1, 1000))
+            with Device(ADDRESS, KEY) as old, pytest.raises(RefusedError, match="authentication"):
+                old.command(Jog(0, 1, 1000))
+            owner.command(Jog(0, 1, 1000))
