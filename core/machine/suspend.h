@@ -9,6 +9,7 @@
 struct machine_suspend {
     bool restores;   /* the door was closed, spindle and coolant start again */
     bool cancels;    /* a jog is being cancelled */
+    bool parks;      /* Z goes up, or is there: $42 */
     bool hold_waits; /* ! while M53 P0 is in force */
 };
 
@@ -33,6 +34,9 @@ static inline bool suspend_take_hold(struct machine_suspend *suspend) {
     suspend->hold_waits = false;
     return waits;
 }
+
+/** Z goes up before the tools stop ($42). */
+bool suspend_retracts(const struct machine *machine);
 
 /** Hold, door and jog cancel on their way. */
 bool suspend_poll(struct machine *machine);

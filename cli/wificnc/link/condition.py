@@ -34,6 +34,10 @@ ACKNOWLEDGE = (
 STATES: dict[str, tuple[str, str]] = {
     "Hold:1": ("a feed hold: the axes slow down", "wait until they stop"),
     "Hold": ("a feed hold, or a pause of the program (M0)", RESUME_OR_END),
+    "Tool": (
+        "a tool change ($341): change the tool, jog and touch off",
+        "`$TPW` in `wificnc monitor` measures it; " + RESUME_OR_END,
+    ),
     "Door:0": ("the safety door was open; it is closed now", RESUME_OR_END),
     "Door:1": ("the safety door is open", f"close it; then {RESUME_OR_END}"),
     "Door:2": ("the safety door is open: the axes slow down", "wait until they stop, and close the door"),
