@@ -17,10 +17,8 @@ def started(grbl: Grbl, mode: int, job: str, seconds: float = 0.6) -> None:
 
 
 def stop(grbl: Grbl, how: str) -> str:
-    if how == "hold":
-        return grbl.after(0.5, "!")
-    grbl.input("door", True)
-    return grbl.after(0.5)
+    """By a feed hold, or as the door does."""
+    return grbl.after(0.5, "!" if how == "hold" else "\x84")
 
 
 @pytest.mark.parametrize("how", ["door", "hold"])
@@ -35,8 +33,7 @@ def test_z_goes_up_before_the_spindle_stops_and_down_after_it_runs(grbl: Grbl, h
         grbl.after(0.01)
     grbl.after(0.05)
     assert grbl.outputs().spindle_direction == 0 and grbl.outputs().coolant == 0
-    assert grbl.state() == ("Door:1" if how == "door" else "Hold:0")
-    grbl.input("door", False)
+    assert grbl.state() == ("Door:0" if how == "door" else "Hold:0")
     began = grbl.time()
     grbl.after(0.02, "~")
     while grbl.position()[2] == -5 * STEPS:
@@ -58,7 +55,6 @@ def test_off_by_default_and_mode_1_is_the_doors(grbl: Grbl) -> None:
         stop(grbl, how)
         grbl.after(3)
         assert grbl.position()[2] == -20 * STEPS
-        grbl.input("door", False)
         grbl.after(8, "~")
         grbl.send("M5\n")
 
@@ -68,7 +64,6 @@ def test_an_idle_machine_parks_and_comes_back(grbl: Grbl) -> None:
     stop(grbl, "door")
     grbl.after(4)
     assert grbl.position()[2] == -5 * STEPS
-    grbl.input("door", False)
     grbl.after(0.1, "~")
     grbl.send("")
     assert grbl.state() == "Idle" and grbl.position()[2] == -20 * STEPS
@@ -78,7 +73,7 @@ def test_an_idle_machine_parks_and_comes_back(grbl: Grbl) -> None:
 @pytest.mark.parametrize("seconds", [0.3, 1.0, 3.0, 4.0])
 def test_the_door_opens_again_on_the_way_back(grbl: Grbl, seconds: float) -> None:
     started(grbl, 1, "M3S1000\nG1X10F600\n", 2.8)
-    stop(grbl, "door")
+    grbl.input("door", True)
     grbl.after(3)
     for _ in range(3):
         grbl.input("door", False)
@@ -130,9 +125,21 @@ def test_a_reset_ends_it(grbl: Grbl, seconds: float) -> None:
     started(grbl, 1, "M3S1000\nG1X10F600\n", 2.8)
     stop(grbl, "door")
     grbl.after(seconds)
-    grbl.input("door", False)
     assert "Grbl 1.1h" in grbl.after(2, "\x18")
     grbl.after(1, "$X\n")
     at = grbl.position()
     assert grbl.after(3, "~") == "" and grbl.position() == at and grbl.outputs().spindle_direction == 0
     assert grbl.send("G91G1X1F600\n") == "ok\r\n" and grbl.position()[0] == at[0] + STEPS
+
+
+def test_behind_an_open_door_it_waits(grbl: Grbl) -> None:
+    """The door's own line: Z goes up while it is open, and nothing comes down before it is closed."""
+    started(grbl, 1, "M3S1000\nG1X10F600\n", 2.8)
+    grbl.input("door", True)
+    grbl.after(4, "~")
+    assert grbl.state() == "Door:1" and grbl.position()[2] == -5 * STEPS
+    assert grbl.after(5, "~") == "" and grbl.position()[2] == -5 * STEPS and grbl.outputs().spindle_direction == 0
+    grbl.input("door", False)
+    grbl.after(0.1, "~")
+    grbl.send("")
+    assert grbl.state() == "Idle" and grbl.position()[:3] == [-10 * STEPS, -20 * STEPS, -20 * STEPS]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import random
 import re
 
 import pytest
@@ -205,10 +206,10 @@ def test_the_way_to_the_setter_is_up_across_and_down(grbl: Grbl) -> None:
     seen = []
     for _ in range(2500):
         grbl.after(0.01)
-        seen.append(grbl.position()[:3])
-    across = [z for x, y, z in seen if x not in (-10 * STEPS, SETTER[0] * STEPS)]
-    assert across and set(across) == {TOP}
-    assert min(z for *_, z in seen) < -22 * STEPS
+        seen.append(grbl.stands()[:3])
+    across = [z for x, y, z in seen if x not in (true_steps(0, -10), true_steps(0, SETTER[0]))]
+    assert across and set(across) == {TOP + HOMED[2]}
+    assert min(z for *_, z in seen) < true_steps(2, -22)
 
 
 def test_a_setter_that_is_not_touched_keeps_the_tool_change(grbl: Grbl) -> None:
@@ -237,12 +238,8 @@ def test_a_stop_on_the_way_leaves_the_rest_out(grbl: Grbl, when: float, stop: st
     place_setter(grbl, -22)
     grbl.after(3, "T1M6\n")
     grbl.after(when, "~")
-    if stop == "!":
-        said = grbl.after(1, "!")
-    else:
-        grbl.input("door", True)
-        said = grbl.after(1)
-        grbl.input("door", False)
+    said = grbl.after(1, "!" if stop == "!" else "\x84")
+    if stop == "door":
         said += grbl.after(7, "~")
     assert said.endswith("[MSG:Tool not measured: stopped]\r\n") and grbl.state() == "Tool"
     assert grbl.position() == grbl.position()
@@ -347,3 +344,38 @@ def test_reports_number_lines_without_an_n_word(grbl: Grbl) -> None:
 def test_without_the_bit_only_n_words_are_reported(grbl: Grbl) -> None:
     grbl.after(0.01, "G1X2F600\nN7X0\n")
     assert executed(grbl, 1.0) == [7]
+
+
+# ---- in any order ----
+
+ANYTHING = (
+    *("~", "~", "~", "!", "\x85", "\x84", PARK, "\x88", "\x9e", "\xa0", "?"),
+    *("T1M6\n", "T2M6G0X1\n", "M0\n", "M1\n", "$TPW\n", "$TPW\n", "$TLR\n", "$J=G91Z-2F1500\n", "$J=G91X-2F1500\n"),
+    *("G91G38.3Z-3F300\n", "G10L20P0Z1\n", "G43.1Z1\n", "G90G0X-2\n", "G1Z-1F800\n", "M3S400M8\n", "M5\n", "G4P0.1\n"),
+    *("$341=0\n", "$341=1\n", "$341=2\n", "$341=3\n", "$42=1\n", "$42=2\n", "$42=0\n", "$346=0\n", "$X\n", "G65P5Q1\n"),
+)
+
+
+@pytest.mark.parametrize("seed", range(24))
+def test_anything_in_any_order(seed: int) -> None:
+    """The monitor looks on: no step where none may be, limits, the counter, an answer for each line; then a reset, and
+    the machine is where its pulses say."""
+    rng, grbl = random.Random(seed), Grbl()
+    grbl.send("")
+    homed(grbl, rng.choice((1, 2, 3, 3)), "$394=0.5")
+    place_setter(grbl, -22)
+    grbl.surface(true_steps(2, -26))
+    for _ in range(60):
+        if rng.random() < 0.1:
+            grbl.input("door", rng.random() < 0.4)
+        if rng.random() < 0.02:
+            grbl.lose_sender()
+        grbl.after(rng.choice((0.001, 0.02, 0.3, 1.0, 4.0)), rng.choice(ANYTHING))
+    grbl.input("door", False)
+    grbl.after(6, "~")
+    grbl.after(2, "\x18")
+    grbl.after(1, "$X\n")
+    offset = [a - b for a, b in zip(grbl.stands(), grbl.position(), strict=True)]
+    assert offset[:3] == list(HOMED), "the counter is the pulses"
+    assert grbl.after(1, "$J=G91X1F600\n") in ("ok\r\n", "error:15\r\n")
+    grbl.close()

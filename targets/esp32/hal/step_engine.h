@@ -49,4 +49,8 @@ bool step_engine_has_lost(void);
  */
 bool step_engine_attach(struct step *step);
 
+/** [task, while the interrupt looks at no probe] hal_step_probe() is true while this pin has this level;
+ * NO_PIN: never. */
+void step_engine_watch(struct hal_step *hal, uint8_t gpio, bool high);
+
 #endif
