@@ -57,7 +57,7 @@ void suspend_enable(struct machine *machine, uint8_t overrides) {
  * a line that waited must not find an idle machine in between. */
 static void go_on(struct machine *machine) {
     sender_is_there(&machine->client);
-    machine->suspend.parks = false;
+    machine->suspend.tool = SUSPEND_WORKS;
     if (machine->park.open || machine->park.tool) { /* behind a door: the hold is the operator's as before */
         state_go(machine, EVENT_PARK);
         return;
@@ -164,19 +164,17 @@ static bool restore_poll(struct machine *machine) {
 
 bool suspend_retracts(const struct machine *machine) {
     const enum machine_state state = machine->life.state;
-    return machine->suspend.parks && !machine->outputs.suspended &&
-           (state == MACHINE_DOOR || state == MACHINE_HOLD);
+    return machine->suspend.tool == SUSPEND_RETRACTS && (state == MACHINE_DOOR || state == MACHINE_HOLD);
 }
 
 /* Before that Z goes up, once ($42). @return true: tools are off now, or Z moves */
 static bool switch_off(struct machine *machine) {
     const struct machine_outputs *outputs = &machine->outputs;
     machine->suspend.restores = false;
-    if (!machine->suspend.parks) {
-        machine->suspend.parks = true;
-        if (retract_begin(machine))
-            return true;
-    }
+    const bool retracts = machine->suspend.tool == SUSPEND_WORKS && retract_begin(machine);
+    machine->suspend.tool = retracts ? SUSPEND_RETRACTS : SUSPEND_PARKED;
+    if (retracts)
+        return true;
     outputs_suspend(&machine->outputs, true, outputs->coolant_waits);
     outputs_apply(machine);
     return true;

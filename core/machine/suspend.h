@@ -5,12 +5,15 @@
 
 #include "machine/machine.h"
 
+/** Before the tools stop ($42): Z has not gone up, goes, or need not any more. */
+enum suspend_tool { SUSPEND_WORKS, SUSPEND_RETRACTS, SUSPEND_PARKED };
+
 /** Hold, door and a jog that is cancelled. */
 struct machine_suspend {
-    bool restores;   /* the door was closed, spindle and coolant start again */
-    bool cancels;    /* a jog is being cancelled */
-    bool parks;      /* Z goes up, or is there: $42 */
-    bool hold_waits; /* ! while M53 P0 is in force */
+    bool restores;          /* the door was closed, spindle and coolant start again */
+    bool cancels;           /* a jog is being cancelled */
+    bool hold_waits;        /* ! while M53 P0 is in force */
+    enum suspend_tool tool; /* behind the door, in a hold */
 };
 
 /** No hold, no way back, no jog to cancel. */
