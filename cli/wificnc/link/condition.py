@@ -14,7 +14,7 @@ from wificnc.link.protocol import Status
 from wificnc.link.words import NEEDS_RESET
 
 BY_ALARM = re.compile(r"Locked by ALARM:(\d+): (.*)")
-TOOL_CHANGE = re.compile(r"Tool change: T(\d+)")
+TOOL_CHANGE = re.compile(r"Tool change: T(\d+)(?: .*)?")
 DAMAGED = "Stored data is damaged"
 SENDER_LOST = "Sender lost: feed hold"
 PRESSED = "release the emergency stop"
@@ -88,7 +88,7 @@ def condition(status: Status, notices: Iterable[str] = ()) -> Condition:
     if HOST_COMMANDS in notices:
         return Condition("a remote host (WMC3) controls motion", "wait until it releases motion, or end it there")
     why, lead = STATES.get(state) or STATES.get(status.state) or ("", "")
-    if state == "Hold:0":
+    if state in ("Hold:0", "Tool"):
         why = next((words for notice in notices if (words := _held(notice))), why)
     return Condition(why, lead)
 
