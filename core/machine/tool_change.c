@@ -270,7 +270,7 @@ static enum task_stage begin_step(struct machine *machine) {
 }
 
 enum task_stage tool_change_poll(struct machine *machine) {
-    struct machine_tool_change *change = &machine->tool_change;
+    const struct machine_tool_change *change = &machine->tool_change;
     if (machine->park.stops)
         return TASK_TOOL_MOTION;
     if (!change->under_way && !drive_rest_reached(machine))

@@ -322,16 +322,10 @@ static int load_program(struct sim *sim, const char *text, size_t size) {
     return failed;
 }
 
-/* A machine that is simulated has not been homed, and has no setter: tools are changed where they are. */
-static void change_tools_in_place(struct sim *sim) {
-    const uint8_t mode = host_machine(sim->host)->settings.tool_change;
-    if (mode != TOOL_CHANGE_NORMAL && mode != TOOL_CHANGE_IGNORE)
-        (void)sim_command(sim, "$341=0");
-}
-
 int sim_load(struct sim *sim, const char *text, size_t size, int keep_going) {
     sim->keep_going = keep_going != 0;
-    change_tools_in_place(sim);
+    if (tool_change_goes(host_machine(sim->host))) /* what is simulated has not been homed */
+        (void)sim_command(sim, "$341=0");
     if ((expand_is_needed(text, size) ? load_program(sim, text, size)
                                       : sim_text_make(&sim->text, text, size)) != 0)
         return ENOMEM;
