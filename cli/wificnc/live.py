@@ -18,7 +18,14 @@ from wificnc.link.client import Snapshot
 
 KEYS = "! hold   ~ resume   + - 0 feed   x reset   q quit"
 AXES = "XYZABC"
-STATE_STYLES = {"Run": "green", "Idle": "cyan", "Hold": "yellow", "Door": "yellow", "Alarm": "bold red"}
+STATE_STYLES = {
+    "Run": "green",
+    "Idle": "cyan",
+    "Hold": "yellow",
+    "Tool": "yellow",
+    "Door": "yellow",
+    "Alarm": "bold red",
+}
 
 
 class JobDisplay:

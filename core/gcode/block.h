@@ -42,9 +42,12 @@ enum block_group {
     GROUP_COUNT
 };
 
+/** Values of GROUP_TOOL: M6, M61. */
+enum block_tool { TOOL_CHANGES, TOOL_NAMED };
+
 /** Values of GROUP_TOOL_LENGTH. Those of GROUP_NONMODAL are generated; the other groups use the enums of
  * gcode/gcode.h. */
-enum block_tool_length { TOOL_LENGTH_DYNAMIC, TOOL_LENGTH_CANCEL, TOOL_LENGTH_TABLE };
+enum block_tool_length { TOOL_LENGTH_DYNAMIC, TOOL_LENGTH_CANCEL, TOOL_LENGTH_TABLE, TOOL_LENGTH_ADD };
 
 /** Value of GROUP_OVERRIDE: OVERRIDE_ bits in the low half and what to do with them in the high half. */
 enum block_override { OVERRIDES_ON = 0, OVERRIDES_OFF = 16, OVERRIDES_BY_P = 32 };

@@ -109,6 +109,7 @@ struct gcode_modal {
     uint8_t probe;           /* 2..5 for G38.2 .. G38.5 while motion is MOTION_PROBE */
     uint8_t cycle;           /* enum gcode_cycle while motion is MOTION_CYCLE, gcode_thread_kind: _THREAD */
     bool retract_to_r;       /* G99 */
+    bool toolsetter;         /* G65 P5 Q1: G38 looks at the tool setter */
     uint8_t overrides;       /* OVERRIDE_ bits */
     int32_t tool;            /* T */
     int32_t tool_in_spindle; /* T at the last M6; 0 = none since the reset */
@@ -138,6 +139,8 @@ struct gcode_ports {
     bool no_spindle, no_reverse;   /* no output for it, or none for its direction: M3 and M4, or M4 */
     uint8_t no_coolant;            /* COOLANT_ bits without an output: M7, M8 */
     bool coolant_passes;           /* $91: they are taken all the same, and stay off */
+    bool toolsetter;               /* a second probe input: G65 P5 Q1 */
+    bool no_tool_change;           /* $341=4: M6 only notes the tool */
 };
 
 /** The spindle can turn so: M3, M4, M5. */
@@ -156,7 +159,8 @@ static inline bool gcode_lacks_coolant(const struct gcode_ports *ports, unsigned
                           .digital_in = DIGITAL_INPUT_COUNT,                                                 \
                           .analog_in = ANALOG_COUNT,                                                         \
                           .analog_out = ANALOG_COUNT,                                                        \
-                          .encoder = true})
+                          .encoder = true,                                                                   \
+                          .toolsetter = true})
 
 /** Everything gcode_resolve() reads. */
 struct gcode_state {

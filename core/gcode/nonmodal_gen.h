@@ -19,6 +19,7 @@ enum block_nonmodal {
     NONMODAL_G92_CLEAR, /* G92.1 */
     NONMODAL_G92_SUSPEND, /* G92.2 */
     NONMODAL_G92_RESTORE, /* G92.3 */
+    NONMODAL_PROBE_INPUT, /* G65 */
 };
 /* clang-format on */
 

@@ -14,7 +14,8 @@ static void switch_feed_mode(struct gcode_modal *next, enum gcode_feed_mode mode
 }
 
 /* The codes of the line become its modes, before anything is checked against them. */
-static void apply_modes(const struct gcode_block *block, struct gcode_modal *next) {
+static void apply_modes(const struct gcode_state *state, const struct gcode_block *block,
+                        struct gcode_modal *next) {
     const uint8_t *value = block->value;
 
     if (block_has_group(block, GROUP_MOTION)) {
@@ -46,7 +47,8 @@ static void apply_modes(const struct gcode_block *block, struct gcode_modal *nex
         next->retract_to_r = value[GROUP_RETRACT];
     /* M6 stops the spindle and the coolant for the tool change; M3 in the same line starts it again after
      * that. */
-    if (block_has_group(block, GROUP_TOOL)) {
+    if (block_has_group(block, GROUP_TOOL) && value[GROUP_TOOL] == TOOL_CHANGES &&
+        !state->ports.no_tool_change) {
         next->spindle = SPINDLE_OFF;
         next->coolant = 0;
     }
@@ -110,9 +112,26 @@ static enum status resolve_values(struct resolver *r) {
     return STATUS_OK;
 }
 
-static enum status resolve_dwell(struct resolver *r) {
+/* G65 P5 Q0 or Q1, as grblHAL has it; no other P is known. */
+static enum status resolve_probe_input(struct resolver *r) {
+    double p, q;
+
+    if (!resolve_take(r, 'P', &p) || !resolve_take(r, 'Q', &q))
+        return STATUS_VALUE_MISSING;
+    if (p != 5.0 || (q != 0.0 && q != 1.0))
+        return STATUS_UNSUPPORTED;
+    if (q == 1.0 && !r->state->ports.toolsetter)
+        return STATUS_NO_TOOLSETTER;
+    r->out->next.toolsetter = q == 1.0;
+    return STATUS_OK;
+}
+
+/* G4, G65. */
+static enum status resolve_once(struct resolver *r) {
     double seconds;
 
+    if (r->nonmodal == NONMODAL_PROBE_INPUT)
+        return resolve_probe_input(r);
     if (r->nonmodal != NONMODAL_DWELL)
         return STATUS_OK;
     if (!resolve_take(r, 'P', &seconds))
@@ -189,7 +208,7 @@ static enum status resolve_any(const struct gcode_state *state, const struct gco
     if (status != STATUS_OK)
         return status;
     /* Before any word is read: G20, G54 or G93 of a line count for its own words. */
-    apply_modes(block, &command->next);
+    apply_modes(state, block, &command->next);
     r.unit_mm = command->next.inches ? MM_PER_INCH : 1.0;
     r.wcs_mm = state->offsets.wcs_mm[command->next.wcs];
     r.tool_length_mm = command->store_tool_length ? command->tool_length_mm : state->offsets.tool_length_mm;
@@ -200,11 +219,11 @@ static enum status resolve_any(const struct gcode_state *state, const struct gco
     if (status == STATUS_OK && !only_motion(block))
         status = resolve_wiring(&r);
     if (status == STATUS_OK && !only_motion(block))
-        resolve_switches(&r);
+        status = resolve_switches(&r);
     if (status == STATUS_OK && block_has_group(block, GROUP_PORT))
         status = resolve_port(&r);
     if (status == STATUS_OK && !only_motion(block))
-        status = resolve_dwell(&r);
+        status = resolve_once(&r);
     if (status == STATUS_OK && !only_motion(block))
         status = resolve_stores(&r);
     if (status == STATUS_OK)

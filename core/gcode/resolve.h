@@ -88,8 +88,8 @@ enum status resolve_target(const struct resolver *r, double target_mm[AXIS_COUNT
 
 /** Inputs and outputs, M62 .. M68. */
 enum status resolve_port(struct resolver *r);
-/** M6, M48 .. M53. */
-void resolve_switches(struct resolver *r);
+/** M6, M61, M48 .. M53. */
+enum status resolve_switches(struct resolver *r);
 /** Spindle and coolant for this line; and whether motion must finish first. */
 void resolve_outputs(struct resolver *r);
 

@@ -1,10 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 #include "gcode/resolve.h"
 
+#define TOOL_NUMBER_MAX 255.0 /* as of T */
+
 /* M6: the tool that T chose. Spindle and coolant go off (resolve.c), unless the line switches them on again.
  */
 static void change_tool(struct resolver *r) {
-    r->out->tool_change = true;
+    r->out->tool_change = !r->state->ports.no_tool_change;
     r->out->next.tool_in_spindle = r->out->next.tool;
 }
 
@@ -21,11 +23,30 @@ static void switch_overrides(struct resolver *r) {
     *overrides = (uint8_t)(on ? *overrides | bits : *overrides & ~bits);
 }
 
-void resolve_switches(struct resolver *r) {
-    if (block_has_group(r->block, GROUP_TOOL))
+/* M61 Q: this tool is in the spindle already. */
+static enum status name_tool(struct resolver *r) {
+    double number;
+
+    if (!resolve_take(r, 'Q', &number))
+        return STATUS_VALUE_MISSING;
+    if (number < 0.0)
+        return STATUS_NEGATIVE;
+    if (number > TOOL_NUMBER_MAX)
+        return STATUS_TOOL_NUMBER;
+    r->out->next.tool = r->out->next.tool_in_spindle = (int32_t)number;
+    return number == r->out->next.tool ? STATUS_OK : STATUS_NOT_INTEGER;
+}
+
+enum status resolve_switches(struct resolver *r) {
+    enum status status = STATUS_OK;
+
+    if (block_has_group(r->block, GROUP_TOOL) && r->block->value[GROUP_TOOL] == TOOL_CHANGES)
         change_tool(r);
+    else if (block_has_group(r->block, GROUP_TOOL))
+        status = name_tool(r);
     if (block_has_group(r->block, GROUP_OVERRIDE))
         switch_overrides(r);
+    return status;
 }
 
 void resolve_outputs(struct resolver *r) {

@@ -50,6 +50,10 @@ static enum status store_tool_length(struct resolver *r) {
     case TOOL_LENGTH_TABLE:
         status = tool_from_table(r);
         break;
+    case TOOL_LENGTH_ADD:
+        status = (r->unused & WORD_BIT('H')) != 0 ? tool_from_table(r) : STATUS_VALUE_MISSING;
+        r->out->tool_length_mm += r->state->offsets.tool_length_mm;
+        break;
     }
     if (status != STATUS_OK)
         return status;
@@ -180,6 +184,7 @@ static enum status store_nonmodal(struct resolver *r) {
         return STATUS_OK;
     case NONMODAL_NONE:
     case NONMODAL_DWELL:
+    case NONMODAL_PROBE_INPUT:
     case NONMODAL_G28:
     case NONMODAL_G30:
     case NONMODAL_MACHINE_COORDS:

@@ -72,6 +72,7 @@
     X(133, ANALOG_RANGE, "an analog output takes 0 to 100 percent (Q)")                                      \
     X(134, SAVED_OVER, "a later M70, M71 or M73 replaced the modes that M73 saved here: one set is stored")  \
     X(135, NO_OUTPUT, "the board has no output for this (wificnc boards show; $91=1 lets M7 and M8 pass)")   \
+    X(136, NO_TOOLSETTER, "the board has no tool setter input (input.toolsetter): wificnc boards show")      \
     X(140, UNREACHABLE, "the machine's arms cannot reach this point, or not on a straight line from here")   \
     X(141, PULL_OFF, "a homing pull-off ($27, $200 ..) is longer than the travel of its axis ($130 ..)")     \
     X(142, GANTRY_RACKS,                                                                                     \
@@ -96,6 +97,8 @@
     X(171, PARKED_PROBE, "the probe was in contact before the move, or did not find it: nothing was set")    \
     X(172, PARKED_OFFSET, "the job's line sets offsets itself when it continues: change them after it")      \
     X(173, PARKED_KINEMATICS, "in a parked hold only straight axes can be moved ($80)")                      \
+    X(174, TOOL_NOT_HOMED, "this tool change ($341) moves in machine coordinates: send $H first")            \
+    X(175, NO_SETTER_PLACE, "this tool change ($341) needs the place of the tool setter: store it in G59.3") \
     X(180, NOT_LOGGED_IN, "this client is not logged in, and the line had no effect (wificnc login)")        \
     X(181, OBSERVER, "another client is in control, and the line had no effect: $TAKE takes control")        \
     /* end of the table */

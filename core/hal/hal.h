@@ -58,11 +58,12 @@ struct hal_switches {
 };
 
 /** Inputs, debounced: a switch is closed from its first edge until it has been open for some ms. probe: level
- * of the line, 1 = high ($6). The others: 1 = asks for its action; the board file knows their polarity. */
+ * of the line, 1 = high ($6), toolsetter: the same ($72). The others: 1 = asks for its action; the board file
+ * knows their polarity. */
 struct hal_inputs {
     struct hal_switches switches;
     struct hal_switches pins; /* the same at this moment, not debounced */
-    bool probe;
+    bool probe, toolsetter;
     bool door, hold, start, reset, estop;
     uint8_t digital; /* of M66: bit n = Pn, 1 = high */
 };
@@ -75,8 +76,12 @@ void hal_inputs_read(const struct hal *hal, struct hal_inputs *inputs);
  * machine_switch_timer_isr(). Not while one is under way. @param us  1 .. 1000 */
 void hal_switch_timer_start(struct hal *hal, uint32_t us);
 
-/** [task] From now on hal_step_probe() is true while the level of the probe line is this. */
-void hal_probe_watch(struct hal *hal, bool high);
+/** Inputs that stop a G38: the probe, and on boards that have one a tool setter. */
+enum hal_probe { HAL_PROBE, HAL_TOOLSETTER };
+
+/** [task] From now on hal_step_probe() is true while this line has this level. Not while the step ISR looks
+ * at it. */
+void hal_probe_watch(struct hal *hal, enum hal_probe probe, bool high);
 
 /** Analog inputs and outputs, E0 .. of M66 .. M68; percent of full scale. A machine without them has none of
  * this. All outputs are 0 at power-on. */

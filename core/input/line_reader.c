@@ -1,7 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "input/line_reader.h"
 
-#include <stdbool.h>
 #include <string.h> // memchr
 
 /* Why characters are not simply stored right now. At most one of BROKEN and the first three at a time, as in
@@ -36,6 +35,7 @@ static const uint8_t stored_as[256] = {
 static void start_line(struct line_reader *reader) {
     reader->length = 0;
     reader->flags = 0;
+    reader->commented = 0;
 }
 
 void line_reader_reset(struct line_reader *reader) {
@@ -90,6 +90,8 @@ static enum line_result put(struct line_reader *reader, uint8_t byte) {
          * bracket, one after a semicolon only with the line. */
         if (byte == ')' && reader->flags == IN_PARENTHESES)
             reader->flags = 0;
+        else if (byte >= ' ' && reader->commented < LINE_COMMENT_SIZE)
+            reader->comment[reader->commented++] = (char)byte;
     } else if (byte == '/') {
         put_slash(reader);
     } else if (character == LOOK) {
@@ -140,11 +142,14 @@ size_t line_reader_take(struct line_reader *reader, const uint8_t *bytes, size_t
     return taken;
 }
 
+bool line_reader_is_between(const struct line_reader *reader) {
+    return (reader->flags & LINE_DONE) != 0 || (reader->flags == 0 && reader->length == 0);
+}
+
 const uint8_t *line_reader_whole(const struct line_reader *reader, const uint8_t *bytes, size_t count) {
-    const bool between = (reader->flags & LINE_DONE) != 0 || (reader->flags == 0 && reader->length == 0);
     const bool second_half = (reader->flags & AFTER_CR) != 0 && count > 0 && bytes[0] == '\n';
 
-    if (!between)
+    if (!line_reader_is_between(reader))
         return NULL;
     bytes += second_half;
     count -= second_half;
@@ -153,4 +158,5 @@ const uint8_t *line_reader_whole(const struct line_reader *reader, const uint8_t
 
 void line_reader_pass(struct line_reader *reader, uint8_t end) {
     reader->flags = end == '\r' ? LINE_DONE | AFTER_CR : LINE_DONE;
+    reader->commented = 0;
 }

@@ -2,14 +2,16 @@
  * Bytes -> filtered lines, with Grbl's character rules. [task] One reader per stream; no allocation.
  *
  * Stored: printable characters above space, upper-cased. Dropped: characters <= space but LINE_GAP,
- * everything in ( ) and everything after ';', bytes >= 0x80, and '/' unless the line has a '[' or '#' before
- * it (there it divides). Real-time bytes never get here: input/rx.h takes them out first. A line ends at
- * LF or CR; CR LF is one end. An empty line is a line (it is answered with ok). */
+ * everything in ( ) and everything after ';' (some of it is kept as the comment), bytes >= 0x80, and '/'
+ * unless the line has a '[' or '#' before it (there it divides). Real-time bytes never get here: input/rx.h
+ * takes them out first. A line ends at LF or CR; CR LF is one end. An empty line is a line (it is answered
+ * with ok). */
 #ifndef WIFICNC_INPUT_LINE_READER_H
 #define WIFICNC_INPUT_LINE_READER_H
 
 #include "config.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -26,9 +28,11 @@ enum line_result {
 enum { LINE_GAP = 0x18 };
 
 struct line_reader {
-    char text[LINE_SIZE]; /* NUL-terminated when LINE_READY */
-    uint16_t length;      /* stored characters */
-    uint8_t flags;        /* private: in ( ), after ;, overflow, line done, after CR */
+    char text[LINE_SIZE];            /* NUL-terminated when LINE_READY */
+    uint16_t length;                 /* stored characters */
+    uint8_t flags;                   /* private: in ( ), after ;, overflow, line done, after CR */
+    uint8_t commented;               /* characters of the comment */
+    char comment[LINE_COMMENT_SIZE]; /* the beginning of the line's comments, as they came; no NUL */
 };
 
 /** Empty the reader; a half line is forgotten. */
@@ -42,6 +46,9 @@ enum line_result line_reader_put(struct line_reader *reader, uint8_t byte);
  *  @return how many bytes were taken: all count of them when *result is LINE_NONE */
 size_t line_reader_take(struct line_reader *reader, const uint8_t *bytes, size_t count,
                         enum line_result *result);
+
+/** Nothing of a line was taken since the last one ended. */
+bool line_reader_is_between(const struct line_reader *reader);
 
 /** A whole line at bytes of which nothing was taken yet, for someone who can do without the filter. An LF
  * that is the second half of a CR LF before it does not count.

@@ -79,7 +79,7 @@ void rx_request(struct rx *rx, uint32_t bits) {
 static bool take_out(struct rx *rx, uint8_t byte) {
     uint32_t bit = realtime_bit(byte);
     rx_request(rx, bit);
-    if (bit == 0 && byte >= RX_OVERRIDE_FIRST && byte <= RX_OVERRIDE_LAST)
+    if (bit == 0 && ((byte >= RX_OVERRIDE_FIRST && byte <= RX_OVERRIDE_LAST) || byte == RX_OPTIONAL_STOP))
         put_override(rx, byte);
     return bit != 0 || byte >= 0x80;
 }
@@ -183,6 +183,18 @@ size_t rx_peek(const struct rx *rx, const uint8_t **bytes) {
     uint32_t from = rx->index.tail & (RX_SIZE - 1);
     *bytes = rx->bytes + from;
     return held < RX_SIZE - from ? held : RX_SIZE - from;
+}
+
+size_t rx_line(const struct rx *rx, uint8_t *begin, size_t room) {
+    const uint32_t held = ring_held(&rx->index);
+    for (uint32_t at = 0; at < held; at++) {
+        const uint8_t byte = rx->bytes[(rx->index.tail + at) & (RX_SIZE - 1)];
+        if (at < room)
+            begin[at] = byte;
+        if (byte == '\n' || byte == '\r')
+            return at + 1;
+    }
+    return 0;
 }
 
 void rx_drop(struct rx *rx, size_t count) {

@@ -33,8 +33,8 @@ enum realtime {
     REALTIME_REPORTS = REALTIME_STATUS | REALTIME_FULL_STATUS,
 };
 
-/** Override bytes 0x90 .. 0xA1 are kept in order: two of them count twice. */
-enum { RX_OVERRIDES = 64, RX_OVERRIDE_FIRST = 0x90, RX_OVERRIDE_LAST = 0xA1 };
+/** Override bytes 0x90 .. 0xA1, and the one of M1's switch, are kept in order: two of them count twice. */
+enum { RX_OVERRIDES = 64, RX_OVERRIDE_FIRST = 0x90, RX_OVERRIDE_LAST = 0xA1, RX_OPTIONAL_STOP = 0x88 };
 
 /** Bytes between 0xA3 and the next ~ are the operator's: they are read first, and the bytes of the job before
  * them wait. */
@@ -95,6 +95,10 @@ static inline uint32_t rx_gaps(const struct rx *rx, enum rx_loss loss) {
 
 /** [task] The waiting bytes in one piece, or the first piece of two. @return how many, 0 = none */
 size_t rx_peek(const struct rx *rx, const uint8_t **bytes);
+
+/** [task] The first line of the waiting bytes: its first `room` bytes, in one piece.
+ *  @return bytes up to and including its end, LF or CR; 0: it is not there whole */
+size_t rx_line(const struct rx *rx, uint8_t *begin, size_t room);
 
 /** [task] The first `count` bytes of rx_peek() are read. */
 void rx_drop(struct rx *rx, size_t count);

@@ -25,10 +25,12 @@ enum action {
     ACTION_STARTUP_LINE,  /* $Nx= */
     ACTION_HOME,
     ACTION_JOG,
-    ACTION_SEGMENTS,    /* motion that a host has planned */
-    ACTION_OUTPUTS_ON,  /* a host switches spindle or coolant on */
-    ACTION_COOLANT_KEY, /* 0xA0, 0xA1 */
-    ACTION_SPINDLE_KEY, /* 0x9E */
+    ACTION_SEGMENTS,       /* motion that a host has planned */
+    ACTION_TOOL_PROBE,     /* $TPW */
+    ACTION_TOOL_REFERENCE, /* $TLR */
+    ACTION_OUTPUTS_ON,     /* a host switches spindle or coolant on */
+    ACTION_COOLANT_KEY,    /* 0xA0, 0xA1 */
+    ACTION_SPINDLE_KEY,    /* 0x9E */
     ACTION_COUNT
 };
 

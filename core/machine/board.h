@@ -35,6 +35,7 @@ struct machine_board {
     axis_mask_t home_axes;             /* homing looks at switches of their own, not at the limits */
     uint32_t motors_wake_us;           /* drivers need it from enabled to their first step */
     uint8_t outputs;                   /* BOARD_OUTPUT_ bits of what is wired */
+    bool toolsetter;                   /* a second probe input: hal_inputs.toolsetter */
     uint8_t digital_inputs;            /* of M66, 0 .. DIGITAL_INPUT_COUNT */
     uint8_t digital_outputs;           /* of M62 .. M65, 0 .. OUTPUT_COUNT */
     const struct hal_analog *analog;   /* NULL: no analog inputs and outputs */

@@ -16,6 +16,7 @@
 #include "machine/stored.h"
 #include "machine/stored_write.h"
 #include "machine/task.h"
+#include "machine/tool_change.h"
 
 #include "gcode/number.h"
 
@@ -210,6 +211,17 @@ static enum status jog(struct machine *machine, const char *text) {
     return text[0] == '=' ? jog_begin(machine, text + 1) : STATUS_UNKNOWN_COMMAND;
 }
 
+static enum status probe_tool(struct machine *machine, const char *rest) {
+    (void)rest;
+    return tool_change_probe(machine);
+}
+
+static enum status forget_reference(struct machine *machine, const char *rest) {
+    (void)rest;
+    tool_change_new_reference(&machine->tool_change);
+    return STATUS_OK;
+}
+
 /* For lines that begin like a command and are none: the table still gives them the state check of their
  * neighbours, so that the error is Grbl's. */
 static enum status unknown(struct machine *machine, const char *rest) {
@@ -239,6 +251,8 @@ static const struct command commands[] = {
     {"I+", false, ACTION_LIST_STORED, show_codes},
     {"N", false, ACTION_LIST_STORED, show_startup},
     {"ACK", false, ACTION_COMMAND, acknowledge},
+    {"TPW", false, ACTION_TOOL_PROBE, probe_tool},
+    {"TLR", false, ACTION_TOOL_REFERENCE, forget_reference},
     {"SLP", false, ACTION_COMMAND, sleep},
     {"RST=", true, ACTION_COMMAND, restore},
     {"I=", true, ACTION_STORE, store_info},
@@ -253,6 +267,7 @@ static const struct command commands[] = {
     {"I", true, ACTION_COMMAND, unknown},
     {"R", true, ACTION_COMMAND, unknown},
     {"S", true, ACTION_COMMAND, unknown},
+    {"T", true, ACTION_COMMAND, unknown},
     {"", true, ACTION_COMMAND, set},
 };
 

@@ -111,6 +111,7 @@ static void apply_motion(struct machine *machine) {
 
 static void apply_program(struct machine *machine) {
     machine->interp.gcode.arc_radius_tolerance_mm = machine->settings.arc_radius_tolerance_mm;
+    machine->interp.gcode.ports.no_tool_change = machine->settings.tool_change == TOOL_CHANGE_IGNORE;
     set_encoder(machine);
     wiring_apply(machine);
 }

@@ -63,7 +63,7 @@ static bool is_pushed_on(const struct machine *machine, const struct host_queue_
         !machine_is_standing(machine))
         return false;
     hal_inputs_read(machine->hal, &inputs);
-    return inputs_probe(machine, &inputs);
+    return inputs_probe(machine, &inputs, HAL_PROBE);
 }
 
 enum refusal machine_host_lay(struct machine *machine, uint32_t ahead,
@@ -122,7 +122,7 @@ void machine_host_inputs(const struct machine *machine, struct host_inputs *inpu
     *inputs =
         (struct host_inputs){.limits = inputs_limits(machine),
                              .home = home_switches(machine),
-                             .probe = inputs_probe(machine, &machine->inputs),
+                             .probe = inputs_probe(machine, &machine->inputs, HAL_PROBE),
                              .estop = machine->inputs.estop,
                              .digital = machine->inputs.digital & low_bits(machine->board.digital_inputs)};
 }
@@ -184,8 +184,11 @@ static bool queue_on(struct machine *machine) {
     struct host_queue *queue = &machine->host.queue;
     /* In every other state a host's motion is held, so `!`, the door and buttons act on it as on a job. */
     bool goes = machine->life.state == MACHINE_IDLE || machine->life.state == MACHINE_RUN ||
-                (machine->life.state == MACHINE_HOLD && machine->park.open && !machine->park.stops);
-    bool probes = machine->host.probing || (machine->park.open && machine->task.stage == TASK_PROBING);
+                (machine->life.state == MACHINE_HOLD && machine->park.open && !machine->park.stops) ||
+                suspend_retracts(machine);
+    const enum task_stage stage = machine->task.stage;
+    bool probes =
+        machine->host.probing || (machine->park.open && (stage == TASK_PROBING || stage == TASK_TOOL_MOTION));
     host_queue_hold(queue, !goes || machine->host.discards || (probes && machine->drive.step.probe_hit));
     return host_queue_poll(queue);
 }

@@ -61,7 +61,7 @@ static void watch_probe(struct machine *machine, const struct host_queue_slot *s
     host->probing = true;
     /* Before the segment is taken: the step ISR may look at the probe as soon as the first span of it is
      * published. */
-    hal_probe_watch(machine->hal, machine->settings.probe_invert);
+    hal_probe_watch(machine->hal, HAL_PROBE, machine->settings.probe_invert);
     step_watch_probe(&machine->drive.step);
 }
 

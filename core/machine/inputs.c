@@ -45,8 +45,9 @@ axis_mask_t inputs_homing(const struct machine *machine, unsigned motor) {
     return homing_of(machine, machine->edges.switches.closed, motor);
 }
 
-bool inputs_probe(const struct machine *machine, const struct hal_inputs *inputs) {
-    return inputs->probe == machine->settings.probe_invert;
+bool inputs_probe(const struct machine *machine, const struct hal_inputs *inputs, enum hal_probe probe) {
+    return probe == HAL_TOOLSETTER ? inputs->toolsetter == machine->settings.toolsetter_invert
+                                   : inputs->probe == machine->settings.probe_invert;
 }
 
 bool inputs_door_is_open(const struct machine *machine) {

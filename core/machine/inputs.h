@@ -45,8 +45,8 @@ axis_mask_t inputs_ganged(const struct machine *machine);
 /** Of them those whose second motor has a switch; with the others both motors stop at the first one's. */
 axis_mask_t inputs_squared(const struct machine *machine);
 
-/** The probe touches, by $6. */
-bool inputs_probe(const struct machine *machine, const struct hal_inputs *inputs);
+/** The probe touches, by $6; the tool setter, by $72. */
+bool inputs_probe(const struct machine *machine, const struct hal_inputs *inputs, enum hal_probe probe);
 
 /** At the last poll. */
 bool inputs_door_is_open(const struct machine *machine);

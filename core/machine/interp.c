@@ -16,6 +16,7 @@ void interp_take_axes(struct machine_interp *interp, uint8_t axis_count) {
 void interp_begin(struct machine_interp *interp, const struct machine_board *board) {
     struct gcode_ports *ports = &interp->gcode.ports;
     interp_take_axes(interp, board->axis_count);
+    ports->toolsetter = board->toolsetter;
     ports->digital_in = board->digital_inputs;
     ports->digital_out = board->digital_outputs;
     if (board->analog != NULL) {

@@ -67,6 +67,11 @@ static inline void interp_set_tools(struct machine_interp *interp, enum gcode_sp
     modal->coolant = coolant;
 }
 
+/** A measured tool length. */
+static inline void interp_set_tool_length(struct machine_interp *interp, double mm) {
+    interp->gcode.offsets.tool_length_mm = mm;
+}
+
 /** M48 .. M53: OVERRIDE_ bits. */
 static inline void interp_enable_overrides(struct machine_interp *interp, uint8_t overrides) {
     interp->gcode.modal.overrides = overrides;

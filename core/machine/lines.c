@@ -15,6 +15,7 @@
 #include "machine/state.h"
 #include "machine/stored_write.h"
 #include "machine/task.h"
+#include "machine/tool_change.h"
 #include "machine/wiring.h"
 
 #include <stddef.h>
@@ -24,8 +25,8 @@ enum status lines_begin_gcode(struct machine *machine) {
     enum status status = reach_move(machine, &command->move);
     if (status == STATUS_OK)
         status = spindle_sync_check(machine, command);
-    if (status == STATUS_OK && machine->park.open)
-        status = park_check(machine, command);
+    if (status == STATUS_OK)
+        status = machine->park.open ? park_check(machine, command) : tool_change_check(machine, command);
     if (command->port >= 0 && command->port_kind == PORT_DIGITAL_OUT &&
         (torque_mask(machine) >> command->port & 1) != 0)
         status = STATUS_NO_PORT; /* it is a torque line */
@@ -88,9 +89,19 @@ static void open_line(struct machine *machine) {
     machine->lines.open = true;
 }
 
+/* A % begins a program, too. */
+static void count_in_program(struct machine *machine, const char *line) {
+    if (machine->park.open || line[0] == '$')
+        return;
+    if (line[0] == '%' && line[1] == '\0')
+        machine->lines.program_line = 0;
+    machine->lines.program_line++;
+}
+
 static void take_text(struct machine *machine, enum line_result result) {
     const char *line = machine->lines.reader.text;
     open_line(machine);
+    count_in_program(machine, line);
     if (result == LINE_BROKEN) /* bytes were lost within it: to execute the rest would be another line */
         report_gaps(machine);
     if (result == LINE_OVERFLOW || result == LINE_BROKEN)
@@ -129,6 +140,7 @@ static size_t take_plain(struct machine *machine, const uint8_t *bytes, size_t c
         return 0;
     line_reader_pass(&machine->lines.reader, (uint8_t)*end);
     open_line(machine);
+    machine->lines.program_line++;
     begin_gcode(machine, STATUS_OK);
     return (size_t)((const uint8_t *)end - bytes) + 1;
 }
@@ -184,8 +196,87 @@ static bool take_aside(struct machine *machine) {
     return true;
 }
 
+static bool is_end(uint8_t byte) {
+    return byte == '\n' || byte == '\r';
+}
+
+/* Ten times the number behind a G; -1: it is none. */
+static int code_x10(const char *text) {
+    int number = 0;
+    if (*text < '0' || *text > '9')
+        return -1;
+    for (; *text >= '0' && *text <= '9' && number < 1000; text++)
+        number = 10 * number + (*text - '0');
+    const bool tenths = text[0] == '.' && text[1] >= '0' && text[1] <= '9';
+    return 10 * number + (tenths ? text[1] - '0' : 0);
+}
+
+/* Lines that a program has behind its M6, too, are the operator's only after $J= or $T: those no program has.
+ * Motion, M3 and all else waits with the job. */
+static bool is_operators(struct machine *machine, const char *text) {
+    if (text[0] == '$' && (text[1] == 'J' || text[1] == 'T'))
+        park_know_operator(&machine->park);
+    if (text[0] == '\0' || text[0] == '$')
+        return text[0] == '\0' || machine->park.operators;
+    if (text[0] != 'G' || !machine->park.operators)
+        return false;
+    switch (code_x10(text + 1)) {
+    case 100: /* G10 */
+    case 200: /* units, distance mode */
+    case 210:
+    case 382: /* G38.2 .. G38.5 */
+    case 383:
+    case 384:
+    case 385:
+    case 431: /* G43.1 */
+    case 490:
+    case 900:
+    case 910:
+    case 920: /* G92 .. */
+    case 921:
+    case 922:
+    case 923:
+        return true;
+    default:
+        return false;
+    }
+}
+
+/* As take_aside(), of a tool change ($341): without 0xA3 the operator's lines come by the job's stream,
+ * before any other of its lines. */
+static bool take_unmarked(struct machine *machine) {
+    struct rx *rx = &machine->lines.rx;
+    enum { BEGIN = 40 };
+    uint8_t begin[BEGIN];
+    char text[BEGIN + 1];
+    size_t left = rx_line(rx, begin, BEGIN), used = 0;
+    enum line_result result = LINE_NONE;
+    if (left == 0 || machine->park.silent || rx_aside(rx) != RX_ASIDE_NONE ||
+        !line_reader_is_between(&machine->aside.job.lines.reader))
+        return false;
+    for (size_t at = 0; at < left && at < BEGIN && !is_end(begin[at]); at++)
+        if (begin[at] > ' ')
+            text[used++] = (char)(begin[at] >= 'a' && begin[at] <= 'z' ? begin[at] - 'a' + 'A' : begin[at]);
+    text[used] = '\0';
+    if (!is_operators(machine, text) || (text[0] != '$' && !drive_rest_reached(machine)))
+        return false;
+    while (left > 0 && result == LINE_NONE) {
+        const uint8_t *bytes;
+        size_t count = rx_peek(rx, &bytes);
+        count = line_reader_take(&machine->lines.reader, bytes, count < left ? count : left, &result);
+        rx_drop(rx, count);
+        left -= count;
+    }
+    machine->lines.from = rx_taken(rx);
+    if (result != LINE_NONE)
+        take_text(machine, result);
+    return true;
+}
+
 static bool take_next(struct machine *machine) {
-    return machine->park.open ? take_aside(machine) : take_startup(machine) || take(machine);
+    if (!machine->park.open)
+        return take_startup(machine) || take(machine);
+    return take_aside(machine) || (machine->park.tool && take_unmarked(machine));
 }
 
 bool lines_poll(struct machine *machine) {

@@ -21,10 +21,11 @@ struct machine_lines {
     bool flushing;
     uint32_t from; /* bytes taken before the present line */
     enum line_source source;
-    uint8_t startup;  /* next startup line to run; STARTUP_LINE_COUNT = none */
-    uint8_t store_as; /* LINE_STORED: which one */
-    bool homed_line;  /* $H is answered after the startup lines */
-    uint32_t count;   /* lines taken */
+    uint8_t startup;       /* next startup line to run; STARTUP_LINE_COUNT = none */
+    uint8_t store_as;      /* LINE_STORED: which one */
+    bool homed_line;       /* $H is answered after the startup lines */
+    uint32_t count;        /* lines taken */
+    uint32_t program_line; /* of these, without $ lines, since the program began */
     char startup_text[STARTUP_LINE_COUNT][GRBL_LINE_SIZE];
     char info[GRBL_LINE_SIZE]; /* $I= */
 };
@@ -51,9 +52,15 @@ static inline void lines_store_as(struct machine_lines *lines, unsigned index) {
     lines->store_as = (uint8_t)index;
 }
 
+/** M2, M30: the next line is the first one of a program. */
+static inline void lines_end_program(struct machine_lines *lines) {
+    lines->program_line = 0;
+}
+
 /** Reset: what was begun is over. */
 static inline void lines_forget(struct machine_lines *lines) {
     lines->flushing = lines->homed_line = false;
+    lines->program_line = 0;
     lines->startup = STARTUP_LINE_COUNT;
 }
 
@@ -75,6 +82,11 @@ static inline void lines_put_aside(struct machine_lines *lines, struct lines_asi
     *aside = (struct lines_aside){.reader = lines->reader, .open = lines->open, .source = lines->source};
     lines->open = false;
     lines_begin_aside(lines);
+}
+
+/** No line is half read: the operator's come from where it ends, without 0xA3. */
+static inline void lines_read_on(struct machine_lines *lines, const struct lines_aside *aside) {
+    lines->reader = aside->reader;
 }
 
 /** It continues. */

@@ -13,6 +13,10 @@ static uint8_t change(uint8_t percent, int by) {
 bool overrides_take(struct machine_overrides *overrides, int byte) {
     static const int8_t by[] = {0, 10, -10, 1, -1};
     static const uint8_t rapid[] = {100, 50, 25};
+    if (byte == RX_OPTIONAL_STOP) {
+        overrides->optional_stop = !overrides->optional_stop;
+        return true;
+    }
     if (byte < 0x90 || byte == 0x98 || byte > 0x9D)
         return false;
     if (byte <= 0x94)

@@ -10,6 +10,7 @@ struct machine_overrides {
     uint8_t feed_pct;
     uint8_t rapid_pct;
     uint8_t spindle_pct;
+    bool optional_stop; /* M1 pauses; a switch, which a reset leaves as it is */
 };
 
 /** All of them 100 %; in force from overrides_apply() on. */
@@ -17,7 +18,7 @@ static inline void overrides_begin(struct machine_overrides *overrides) {
     overrides->feed_pct = overrides->rapid_pct = overrides->spindle_pct = 100;
 }
 
-/** A byte from 0x90 on. @return false: it is none of these overrides */
+/** A byte from 0x90 on, or 0x88. @return false: it is none of these overrides */
 bool overrides_take(struct machine_overrides *overrides, int byte);
 
 /** Feed override in force for what is done now; jogs, probing and homing have none. */

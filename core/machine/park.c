@@ -29,6 +29,24 @@ void park_know_place(struct machine *machine) {
     place_set_program(machine, tool_mm);
 }
 
+const char *park_refuse_stage(const struct machine *machine) {
+    switch (machine->task.stage) {
+    case TASK_THREAD:
+        return "Not parked: the tool follows the spindle";
+    case TASK_PROBE:
+    case TASK_PROBING:
+    case TASK_PROBED:
+    case TASK_ALARMED:
+        return "Not parked: the program is probing";
+    default:
+        if (machine->spindle_sync.cutting)
+            return "Not parked: the tool follows the spindle";
+        return machine->task.awaits != AWAIT_NOTHING
+                   ? "Not parked: the program waits for an input or the spindle"
+                   : NULL;
+    }
+}
+
 /* ---- motion ---- */
 
 static double way_mm(const double from_mm[AXIS_COUNT], const double to_mm[AXIS_COUNT]) {
@@ -112,6 +130,7 @@ void park_stop(struct machine *machine) {
     struct machine_park *park = &machine->park;
     park->resume_asked = false;
     park->stops = park->open;
+    tool_change_stop(&machine->tool_change);
 }
 
 /* ---- what the operator may do ---- */
@@ -130,8 +149,8 @@ static enum status check_move(const struct machine *machine, const struct gcode_
     return move->motion == MOTION_PROBE && !move->via ? park_check_jog(machine, move) : STATUS_PARKED;
 }
 
-/* The job's line would set them again, as they were when it was read. */
-static bool sets_offset(const struct machine_task *job) {
+bool park_job_sets_offset(const struct machine *machine) {
+    const struct machine_task *job = &machine->aside.job.task;
     return job->stage != TASK_NONE && (job->command.store != STORE_NOTHING || job->command.store_tool_length);
 }
 
@@ -163,10 +182,20 @@ static bool is_programs(const struct machine *machine, const struct gcode_comman
            (command->port >= 0 && command->port_kind >= PORT_DIGITAL_IN) || reverses(machine, command);
 }
 
+/* No 0xA3: it might be a line of the job. */
+static bool is_unannounced(const struct machine *machine) {
+    return machine->park.tool && rx_aside(&machine->lines.rx) == RX_ASIDE_NONE;
+}
+
+static bool switches(const struct machine *machine, const struct gcode_command *command) {
+    const struct gcode_modal *now = &machine->interp.gcode.modal;
+    return command->spindle != now->spindle || command->coolant != now->coolant || command->port >= 0;
+}
+
 enum status park_check(const struct machine *machine, const struct gcode_command *command) {
-    if (is_programs(machine, command))
+    if (is_programs(machine, command) || (is_unannounced(machine) && switches(machine, command)))
         return STATUS_PARKED;
-    if (changes_offset(machine, command) && sets_offset(&machine->aside.job.task))
+    if (changes_offset(machine, command) && park_job_sets_offset(machine))
         return STATUS_PARKED_OFFSET;
     return check_move(machine, &command->move);
 }
@@ -189,6 +218,7 @@ void park_forget(struct machine *machine) {
         drive_take_position(machine);
     }
     machine->park = (struct machine_park){.open = false};
+    tool_change_end(&machine->tool_change);
     rx_end_aside(&machine->lines.rx);
 }
 
@@ -198,13 +228,18 @@ void park_end_lines(struct machine *machine) {
         line_reader_reset(&machine->lines.reader);
 }
 
+void park_keep(struct machine *machine) {
+    machine->park.resume_asked = false;
+    park_end_lines(machine);
+}
+
 bool park_resume(struct machine *machine) {
     struct machine_park *park = &machine->park;
     if (machine->life.state == MACHINE_HOLD && (park->open || park->asked)) {
         park->resume_asked = true;
         return true;
     }
-    if (park->asked) { /* behind a door: what it was to hold continues */
+    if (park->asked && !park->tool) { /* behind a door: what it was to hold continues */
         park->asked = false;
         rx_end_aside(&machine->lines.rx);
     }
@@ -214,7 +249,7 @@ bool park_resume(struct machine *machine) {
 void park_lose_sender(struct machine *machine) {
     struct machine_park *park = &machine->park;
     park_stop(machine);
-    park->asked = false;
+    park->asked = park->tool && !park->open;
     park->silent = park->open;
     if (park->open)
         rx_close_aside(&machine->lines.rx);

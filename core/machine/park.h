@@ -20,6 +20,8 @@ struct machine_park {
     bool asked;        /* 0xA3 has come: as soon as the axes rest */
     bool open;         /* the operator's lines are read; the job's is in machine->aside */
     bool resume_asked; /* ~ has come: when the lines before it are done */
+    bool tool;         /* it is that of an M6 that goes to a place ($341): open as soon as the axes rest */
+    bool operators;    /* ... and a line without 0xA3 was the operator's */
     bool stops;        /* its motion slows down and is discarded */
     bool silent; /* the sender was lost: its lines are refused, and none are read before the next 0xA3 */
     int32_t top_steps;             /* the highest Z of the operator's moves */
@@ -37,6 +39,25 @@ void park_lose_sender(struct machine *machine);
 
 /** Alarm or reset: motion is halted. The job's line is the present one. */
 void park_forget(struct machine *machine);
+
+/** M6: as if 0xA3 had come, but for the lines. */
+static inline void park_ask_for_tool(struct machine_park *park) {
+    park->tool = park->asked = true;
+}
+
+/** A line that needs no 0xA3 is the operator's, and so are others that follow it. */
+static inline void park_know_operator(struct machine_park *park) {
+    park->operators = true;
+}
+
+/** Why the line under way cannot be left here; NULL: it can. */
+const char *park_refuse_stage(const struct machine *machine);
+
+/** ~ does not count. */
+void park_keep(struct machine *machine);
+
+/** The job's line sets offsets: it would set them again, as they were when it was read. */
+bool park_job_sets_offset(const struct machine *machine);
 
 /** Whether the operator may do this now. */
 enum status park_check(const struct machine *machine, const struct gcode_command *command);

@@ -16,31 +16,13 @@
 #include "machine/stored_write.h"
 #include "machine/suspend.h"
 #include "machine/task.h"
+#include "machine/tool_change.h"
 
 #include <stddef.h>
 
 #define TRAVEL_ROUNDING_MM 1e-6
 
 /* ---- into it ---- */
-
-/* Why the job cannot be left here; NULL: it can. */
-static const char *refuse_stage(const struct machine *machine) {
-    switch (machine->task.stage) {
-    case TASK_THREAD:
-        return "Not parked: the tool follows the spindle";
-    case TASK_PROBE:
-    case TASK_PROBING:
-    case TASK_PROBED:
-    case TASK_ALARMED:
-        return "Not parked: the program is probing";
-    default:
-        if (machine->spindle_sync.cutting)
-            return "Not parked: the tool follows the spindle";
-        return machine->task.awaits != AWAIT_NOTHING
-                   ? "Not parked: the program waits for an input or the spindle"
-                   : NULL;
-    }
-}
 
 static const char *refuse(const struct machine *machine) {
     const struct machine_host *host = &machine->host;
@@ -50,7 +32,7 @@ static const char *refuse(const struct machine *machine) {
         return "Not parked: close the door first";
     if (host->owns || host->job.step == HOST_JOB_BRAKES)
         return "Not parked: a remote host controls motion";
-    return machine->park.open ? NULL : refuse_stage(machine);
+    return machine->park.open ? NULL : park_refuse_stage(machine);
 }
 
 static bool ask_again(struct machine *machine) {
@@ -89,7 +71,8 @@ static void open(struct machine *machine) {
     /* As they are put out: the job's line may not be done. */
     interp_set_tools(&machine->interp, machine->outputs.spindle, machine->interp.gcode.modal.spindle_rpm,
                      machine->outputs.coolant);
-    machine->park = (struct machine_park){.open = true, .resume_asked = machine->park.resume_asked};
+    machine->park = (struct machine_park){
+        .open = true, .tool = machine->park.tool, .resume_asked = machine->park.resume_asked};
     park_know_place(machine);
     machine->park.top_steps = machine->park.end_steps[AXIS_Z];
 }
@@ -103,13 +86,27 @@ static bool may_open(const struct machine *machine) {
     return drive_is_stopped(machine) && (!door || machine->outputs.suspended);
 }
 
+/* M6 by $341: its lines come without 0xA3, where it is clear whose they are (lines.c). */
+static bool open_for_tool(struct machine *machine) {
+    if (!machine->park.tool)
+        return false;
+    open(machine);
+    if (line_reader_is_between(&machine->aside.job.lines.reader)) /* an LF may follow its CR */
+        lines_read_on(&machine->lines, &machine->aside.job.lines);
+    tool_change_begin(machine);
+    return true;
+}
+
 static bool open_poll(struct machine *machine) {
-    if (!machine->park.asked || !may_open(machine))
+    const bool waits = machine->park.tool && !machine->park.open && machine->life.state != MACHINE_HOLD;
+    if (!machine->park.asked || waits || !may_open(machine))
         return false;
     if (!ask_again(machine))
         return true;
     machine->park.asked = false;
     (void)state_go(machine, EVENT_PARK);
+    if (!machine->park.open && open_for_tool(machine))
+        return true;
     if (!machine->park.open)
         open(machine);
     machine->park.silent = false;
@@ -188,6 +185,24 @@ static void leave_tools_off(struct machine *machine) {
     outputs_set(machine, SPINDLE_OFF, machine->outputs.rpm, 0);
 }
 
+/* $346=0: the job continues from above the place where the operator or the measuring has left X and Y. */
+static bool stays_there(const struct machine *machine) {
+    const struct machine_task *job = &machine->aside.job.task;
+    return machine->park.tool && !machine->settings.tool_restore && job->command.move.motion == MOTION_NONE;
+}
+
+static void stay(const struct machine *machine, int32_t steps[AXIS_COUNT]) {
+    machine_position(machine, steps);
+    if (steps[AXIS_Z] < machine->park.top_steps)
+        steps[AXIS_Z] = machine->park.top_steps;
+}
+
+static void know_stay(struct machine *machine, const int32_t steps[AXIS_COUNT]) {
+    double tool_mm[AXIS_COUNT];
+    place_tool_mm(machine, steps, tool_mm);
+    place_set_program(machine, tool_mm);
+}
+
 static bool close_poll(struct machine *machine) {
     const struct machine_park *park = &machine->park;
     const uint8_t *bytes;
@@ -196,16 +211,22 @@ static bool close_poll(struct machine *machine) {
     if (!park->resume_asked || machine->life.state != MACHINE_HOLD || !is_quiet(machine) ||
         rx_peek_aside(&machine->lines.rx, &bytes) > 0)
         return false;
+    if (tool_change_measure(machine))
+        return true;
     if (!find_return(machine, shift_mm, steps)) {
-        machine->park.resume_asked = false;
-        park_end_lines(machine);
+        park_keep(machine);
         report_message(machine, "Not resumed: with the new offsets the job leaves the travel");
         return true;
     }
+    const bool stays = stays_there(machine);
+    if (stays)
+        stay(machine, steps);
     rx_end_aside(&machine->lines.rx);
     preempt_unpark(machine, steps, park->top_steps);
     park_take_back(machine, shift_mm);
     task_shift(&machine->task, shift_mm);
+    if (stays)
+        know_stay(machine, steps);
     leave_tools_off(machine);
     suspend_end(machine);
     return true;

@@ -29,6 +29,7 @@
 #include "machine/suspend.h"
 #include "machine/task.h"
 #include "machine/timer.h"
+#include "machine/tool_change.h"
 #include "settings/settings.h"
 
 struct machine {
@@ -45,6 +46,7 @@ struct machine {
     struct machine_trust trust;
     struct machine_suspend suspend;
     struct machine_park park;
+    struct machine_tool_change tool_change;
     struct machine_clock clock;
     struct machine_overrides overrides;
     struct machine_outputs outputs;

@@ -21,10 +21,15 @@ static bool may_miss(const struct machine *machine) {
     return (machine->task.command.move.probe & 1) != 0;
 }
 
+/* G65 P5 of the lines before. */
+static enum hal_probe input_of(const struct machine *machine) {
+    return machine->task.command.next.toolsetter ? HAL_TOOLSETTER : HAL_PROBE;
+}
+
 static bool is_found(const struct machine *machine) {
     struct hal_inputs inputs;
     hal_inputs_read(machine->hal, &inputs);
-    return inputs_probe(machine, &inputs) != is_away(machine);
+    return inputs_probe(machine, &inputs, input_of(machine)) != is_away(machine);
 }
 
 /* All of the line, or as much of it as there is room for. */
@@ -59,7 +64,9 @@ enum task_stage probe_begin(struct machine *machine) {
         return TASK_ALARMED;
     }
     /* The level to look for, then the watch itself, then motion: the ISR looks with the first span. */
-    hal_probe_watch(machine->hal, machine->settings.probe_invert != is_away(machine));
+    const bool inverts = input_of(machine) == HAL_TOOLSETTER ? machine->settings.toolsetter_invert
+                                                             : machine->settings.probe_invert;
+    hal_probe_watch(machine->hal, input_of(machine), inverts != is_away(machine));
     step_watch_probe(&machine->drive.step);
     task_enter(&machine->task, TASK_PROBING);
     if (!machine->park.open)

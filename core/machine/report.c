@@ -49,9 +49,34 @@ void report_gaps(struct machine *machine) {
     }
 }
 
+/* Of the present line, without the MSG, that some programs write for senders. */
+static void report_comment(const struct machine *machine) {
+    const struct line_reader *reader = &machine->lines.reader;
+    const char *text = reader->comment;
+    size_t count = reader->commented;
+    char piece[] = " ";
+    enum { MARK = 4 };
+    for (; count > 0 && *text == ' '; count--)
+        text++;
+    if (count >= MARK && (text[0] | 32) == 'm' && (text[1] | 32) == 's' && (text[2] | 32) == 'g' &&
+        text[3] == ',') {
+        text += MARK;
+        count -= MARK;
+    }
+    for (; count > 0 && *text == ' '; count--)
+        text++;
+    if (count > 0)
+        text_string(&machine->out, piece);
+    for (; count > 0; count--, text++) {
+        piece[0] = *text == '[' ? '(' : *text == ']' ? ')' : *text;
+        text_string(&machine->out, piece);
+    }
+}
+
 void report_tool_change(struct machine *machine) {
     text_string(&machine->out, "[MSG:Tool change: T");
     text_int(&machine->out, machine->task.command.next.tool);
+    report_comment(machine);
     text_string(&machine->out, "]\r\n");
 }
 

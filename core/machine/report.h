@@ -5,6 +5,9 @@
 
 #include "machine/machine.h"
 
+/** Bits of $10. */
+enum { REPORT_MACHINE_POSITION = 1, REPORT_BUFFERS = 2, REPORT_LINES = 4 };
+
 /** What reports wait for. */
 struct machine_reports {
     uint8_t wco_wait;     /* reports until the field is due */
@@ -32,7 +35,7 @@ void report_underruns(struct machine *machine);
 /** How often the serial port has lost bytes, and how many came damaged; nothing where neither did. */
 void report_gaps(struct machine *machine);
 
-/** [MSG:Tool change: Tn] */
+/** [MSG:Tool change: Tn comment of the line] */
 void report_tool_change(struct machine *machine);
 
 /** ALARM:n */

@@ -88,6 +88,7 @@ void reset_machine(struct machine *machine, enum alarm alarm) {
     probe_forget(&machine->probe);
     interp_forget(&machine->interp);
     outputs_off(machine);
+    tool_change_forget(&machine->tool_change);
     overrides_begin(&machine->overrides);
     task_forget(&machine->task);
     lines_forget(&machine->lines);

@@ -98,6 +98,8 @@ bool state_is_busy(const struct machine *machine) {
 
 const char *machine_state_text(const struct machine *machine) {
     bool stopped = drive_is_stopped(machine);
+    if (machine->life.state == MACHINE_HOLD && machine->park.tool && stopped)
+        return "Tool";
     if (machine->life.state == MACHINE_HOLD)
         return stopped ? "Hold:0" : "Hold:1";
     if (machine->life.state != MACHINE_DOOR)

@@ -17,7 +17,7 @@ enum { WCO_IDLE = 10, WCO_BUSY = 30, OV_IDLE = 10, OV_BUSY = 20 };
 static void report_position(const struct machine *machine, const double offset_mm[AXIS_COUNT]) {
     int32_t steps[AXIS_COUNT];
     double mm[AXIS_COUNT];
-    bool work = (machine->settings.report_mask & 1) == 0;
+    bool work = (machine->settings.report_mask & REPORT_MACHINE_POSITION) == 0;
     machine_position(machine, steps);
     place_tool_mm(machine, steps, mm);
     for (unsigned ax = 0; work && ax < AXIS_COUNT; ax++)
@@ -27,7 +27,7 @@ static void report_position(const struct machine *machine, const double offset_m
 }
 
 static void report_buffers(const struct machine *machine) {
-    if ((machine->settings.report_mask & 2) == 0)
+    if ((machine->settings.report_mask & REPORT_BUFFERS) == 0)
         return;
     text_string(&machine->out, "|Bf:");
     text_int(&machine->out, (int32_t)plan_free(&machine->drive.motion.plan));
@@ -35,7 +35,7 @@ static void report_buffers(const struct machine *machine) {
     text_int(&machine->out, (int32_t)rx_free(&machine->lines.rx));
 }
 
-/* N word of the line on the pins. */
+/* N word of the line on the pins, or by $10 its place in the program. */
 static void report_line(const struct machine *machine) {
     uint32_t number = notes_number(&machine->notes, notes_line_now(machine));
     if (number == 0)
@@ -48,8 +48,9 @@ static void report_pins(const struct machine *machine) {
     struct hal_inputs inputs;
     hal_inputs_read(machine->hal, &inputs);
     axis_mask_t limits = inputs_limits(machine);
-    char pins[AXIS_COUNT + 6], *at = pins;
-    if (inputs_probe(machine, &inputs))
+    char pins[AXIS_COUNT + 7], *at = pins;
+    if (inputs_probe(machine, &inputs, HAL_PROBE) ||
+        (machine->board.toolsetter && inputs_probe(machine, &inputs, HAL_TOOLSETTER)))
         *at++ = 'P';
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         if ((limits >> ax & 1) != 0)
@@ -62,6 +63,8 @@ static void report_pins(const struct machine *machine) {
         *at++ = 'H';
     if (inputs.start)
         *at++ = 'S';
+    if (machine->overrides.optional_stop)
+        *at++ = 'T';
     *at = '\0';
     if (at == pins)
         return;

@@ -12,6 +12,7 @@
 #include "machine/preempt.h"
 #include "machine/report.h"
 #include "machine/reset.h"
+#include "machine/retract.h"
 #include "machine/run_up.h"
 #include "machine/spindle_sync.h"
 #include "machine/state.h"
@@ -56,7 +57,8 @@ void suspend_enable(struct machine *machine, uint8_t overrides) {
  * a line that waited must not find an idle machine in between. */
 static void go_on(struct machine *machine) {
     sender_is_there(&machine->client);
-    if (machine->park.open) { /* behind a door: the hold is the operator's as before */
+    machine->suspend.tool = SUSPEND_WORKS;
+    if (machine->park.open || machine->park.tool) { /* behind a door: the hold is the operator's as before */
         state_go(machine, EVENT_PARK);
         return;
     }
@@ -160,6 +162,34 @@ static bool restore_poll(struct machine *machine) {
     return true;
 }
 
+bool suspend_retracts(const struct machine *machine) {
+    const enum machine_state state = machine->life.state;
+    return machine->suspend.tool == SUSPEND_RETRACTS && (state == MACHINE_DOOR || state == MACHINE_HOLD);
+}
+
+/* Before that Z goes up, once ($42). @return true: tools are off now, or Z moves */
+static bool switch_off(struct machine *machine) {
+    const struct machine_outputs *outputs = &machine->outputs;
+    machine->suspend.restores = false;
+    const bool retracts = machine->suspend.tool == SUSPEND_WORKS && retract_begin(machine);
+    machine->suspend.tool = retracts ? SUSPEND_RETRACTS : SUSPEND_PARKED;
+    if (retracts)
+        return true;
+    outputs_suspend(&machine->outputs, true, outputs->coolant_waits);
+    outputs_apply(machine);
+    return true;
+}
+
+/* A feed hold that parks; M0, M6 and a parked hold leave the tool where it is. */
+static bool hold_poll(struct machine *machine) {
+    const bool waits = machine->task.stage == TASK_PAUSED || machine->task.stage == TASK_TOOL_WAIT;
+    if (machine->settings.parking != RETRACT_IN_HOLD || waits || machine->park.asked || machine->park.open ||
+        machine->outputs.suspended || machine->suspend.restores || !drive_is_stopped(machine) ||
+        machine->host.owns)
+        return false;
+    return switch_off(machine);
+}
+
 /* Tools are switched off when motion has come to rest, not before: a cutter that stops in the material while
  * it moves breaks. If the door opens again while they are being restored, they go off again.
  * @return true when it came further */
@@ -168,10 +198,7 @@ static bool door_poll(struct machine *machine) {
     if (!drive_is_stopped(machine))
         return false;
     if (!outputs->suspended && (!machine->suspend.restores || inputs_door_is_open(machine))) {
-        machine->suspend.restores = false;
-        outputs_suspend(&machine->outputs, true, outputs->coolant_waits);
-        outputs_apply(machine);
-        return true;
+        return switch_off(machine);
     }
     return restore_poll(machine);
 }
@@ -182,5 +209,7 @@ bool suspend_poll(struct machine *machine) {
         jog_end_cancel(machine);
     if (machine->life.state == MACHINE_DOOR)
         return door_poll(machine) || any;
-    return (machine->life.state == MACHINE_HOLD && restore_poll(machine)) || any;
+    if (machine->life.state == MACHINE_HOLD)
+        any |= restore_poll(machine) || hold_poll(machine);
+    return any;
 }

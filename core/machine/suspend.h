@@ -5,11 +5,15 @@
 
 #include "machine/machine.h"
 
+/** Before the tools stop ($42): Z has not gone up, goes, or need not any more. */
+enum suspend_tool { SUSPEND_WORKS, SUSPEND_RETRACTS, SUSPEND_PARKED };
+
 /** Hold, door and a jog that is cancelled. */
 struct machine_suspend {
-    bool restores;   /* the door was closed, spindle and coolant start again */
-    bool cancels;    /* a jog is being cancelled */
-    bool hold_waits; /* ! while M53 P0 is in force */
+    bool restores;          /* the door was closed, spindle and coolant start again */
+    bool cancels;           /* a jog is being cancelled */
+    bool hold_waits;        /* ! while M53 P0 is in force */
+    enum suspend_tool tool; /* behind the door, in a hold */
 };
 
 /** No hold, no way back, no jog to cancel. */
@@ -33,6 +37,9 @@ static inline bool suspend_take_hold(struct machine_suspend *suspend) {
     suspend->hold_waits = false;
     return waits;
 }
+
+/** Z goes up before the tools stop ($42). */
+bool suspend_retracts(const struct machine *machine);
 
 /** Hold, door and jog cancel on their way. */
 bool suspend_poll(struct machine *machine);

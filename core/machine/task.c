@@ -15,6 +15,7 @@
 #include "machine/notes.h"
 #include "machine/outputs.h"
 #include "machine/overrides.h"
+#include "machine/park.h"
 #include "machine/parts.h"
 #include "machine/place.h"
 #include "machine/probe.h"
@@ -26,6 +27,7 @@
 #include "machine/state.h"
 #include "machine/stored_write.h"
 #include "machine/suspend.h"
+#include "machine/tool_change.h"
 
 #include "gcode/shift.h"
 
@@ -90,11 +92,13 @@ static enum task_stage stage_after_move(const struct machine *machine) {
     return machine->task.command.flow == FLOW_RUN ? TASK_NONE : TASK_FLOW;
 }
 
-/* The N word for reports (notes.h). Before the line's first move, which carries the number of the newest
- * note. */
+/* The N word for reports (notes.h), or by $10 the line's place in its program. Before the line's first move,
+ * which carries the number of the newest note. */
 static void note_line(struct machine *machine) {
-    notes_add(&machine->notes,
-              &(struct line_note){.line = machine->lines.count, .number = machine->task.command.line_number});
+    uint32_t number = machine->task.command.line_number;
+    if (number == 0 && (machine->settings.report_mask & REPORT_LINES) != 0)
+        number = machine->lines.program_line;
+    notes_add(&machine->notes, &(struct line_note){.line = machine->lines.count, .number = number});
 }
 
 static enum task_stage stage_of_move(struct machine *machine) {
@@ -226,10 +230,13 @@ static enum task_stage stop_for_tool(struct machine *machine) {
     report_tool_change(machine);
     state_go(machine, EVENT_START);
     state_go(machine, EVENT_HOLD);
+    if (tool_change_goes(machine))
+        park_ask_for_tool(&machine->park);
     return TASK_TOOL_WAIT;
 }
 
-/* M2 and M30 have set their modal state through command.next; M0 waits. */
+/* M2 and M30 have set their modal state through command.next; M0 waits, and so does M1 while its switch is
+ * on. */
 static enum task_stage end_flow(struct machine *machine) {
     if (machine->task.command.flow == FLOW_END) {
         const struct machine_outputs before = machine->outputs;
@@ -237,11 +244,14 @@ static enum task_stage end_flow(struct machine *machine) {
         overrides_reset(machine);
         outputs_program(machine, machine->task.command.next.spindle, machine->task.command.next.coolant);
         report_message(machine, "Pgm End");
+        lines_end_program(&machine->lines);
         report_forget_coolant(&machine->reports);
         report_changed_offset(machine);
         return await_outputs(machine, &before, TASK_NONE);
     }
-    if (machine->task.command.flow == FLOW_OPTIONAL_PAUSE || machine->life.state == MACHINE_CHECK)
+    const bool passes =
+        machine->task.command.flow == FLOW_OPTIONAL_PAUSE && !machine->overrides.optional_stop;
+    if (passes || machine->life.state == MACHINE_CHECK)
         return TASK_NONE;
     state_go(machine, EVENT_START);
     state_go(machine, EVENT_HOLD);
@@ -406,11 +416,13 @@ static stage_poll *const stages[TASK_STAGE_COUNT] = {
     [TASK_THREAD] = stage_thread,   [TASK_FLOW] = stage_flow,    [TASK_PAUSED] = stage_ends,
     [TASK_JOG] = jog_poll,          [TASK_PROBE] = probe_begin,  [TASK_PROBING] = probe_poll,
     [TASK_PROBED] = stage_probed,   [TASK_ALARMED] = stage_ends, [TASK_SOFT_LIMIT] = soft_limit,
-    [TASK_HOMING] = homing_poll,    [TASK_LOCKED] = stage_ends,
+    [TASK_HOMING] = homing_poll,    [TASK_LOCKED] = stage_ends,  [TASK_TOOL_MOTION] = tool_change_poll,
 };
 
 /* The line is done. */
 static void finish(struct machine *machine, enum task_stage last) {
+    if (last == TASK_TOOL_MOTION) /* no line, or it is answered already */
+        return;
     if (last == TASK_HOMING) {
         lines_answer_homing(&machine->lines, true); /* after the startup lines */
         return;

@@ -33,7 +33,8 @@ enum task_stage {
     TASK_ALARMED,    /* answer when the quiet time is over */
     TASK_SOFT_LIMIT, /* wait for the stop, then alarm 2 */
     TASK_HOMING,
-    TASK_LOCKED, /* a critical alarm has ended the line; answered when its quiet time is over */
+    TASK_TOOL_MOTION, /* $341, $TPW: tool_change.c */
+    TASK_LOCKED,      /* a critical alarm has ended the line; answered when its quiet time is over */
     TASK_STAGE_COUNT
 };
 

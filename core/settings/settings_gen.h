@@ -28,7 +28,7 @@ struct settings {
     bool probe_invert;
     /** $8 [axes] 0..63: Axes with inverted second motor: X=1 Y=2 Z=4 A=8 B=16 C=32, added up. */
     uint8_t second_dir_invert_mask;
-    /** $10 0..3: Status report: 1 = machine position (else work position), 2 = free buffers, added up. */
+    /** $10 0..7: Reports: 1 = machine position (else work), 2 = free buffers, 4 = Ln: of all lines. */
     uint8_t report_mask;
     /** $11 [mm] 0..10: Junction deviation: larger values are faster through corners. */
     float junction_deviation_mm;
@@ -70,6 +70,8 @@ struct settings {
     float jerk_mm_s3;
     /** $41 [mm] 0..100: Arcs whose radii differ by up to this are bent to end exactly; 0 = Grbl's rule. */
     float arc_radius_tolerance_mm;
+    /** $42 0..2: Z goes up before spindle and coolant stop: 0 never, 1 at the door, 2 in holds too. */
+    uint8_t parking;
     /** $44 [axes] 0..63: Axes that $H homes first, together: X=1 Y=2 Z=4 A=8 B=16 C=32, added up. */
     uint8_t homing_cycle_1_mask;
     /** $45 [axes] 0..63: Axes that $H homes second, together: X=1 Y=2 Z=4 A=8 B=16 C=32, added up. */
@@ -84,6 +86,12 @@ struct settings {
     uint8_t homing_cycle_6_mask;
     /** $57 [mm/min] 1..100000: Feed at which Z goes down to where a parked or interrupted job was left. */
     float return_feed_mm_min;
+    /** $58 [mm] 0..100000: How far below machine zero Z parks ($42). */
+    float parking_target_mm;
+    /** $59 [mm/min] 1..100000: Feed at which Z goes up to park; it comes back at $57. */
+    float parking_feed_mm_min;
+    /** $72: The tool setter reads high on contact (off: low, a switch to ground). */
+    bool toolsetter_invert;
     /** $73 [Hz] 0..20000: Square wave of the charge pump; 0 = off. The board brings its own. */
     uint16_t charge_pump_hz;
     /** $74 0..2: Sender or host lost: 0 finish, 1 feed hold, 2 reset. Jogs end. */
@@ -160,6 +168,18 @@ struct settings {
     uint8_t second_motor[AXIS_COUNT];
     /** $340 [%] 0..50: With a spindle encoder ($88), the program waits until S is within this; 0 = off. */
     uint8_t at_speed_pct;
+    /** $341 0..4: M6: 0 pauses, 1 lifts Z, 2 also goes to G59.3, 3 measures there at ~, 4 notes T only. */
+    uint8_t tool_change;
+    /** $342 [mm] 0.1..10000: How far $TPW and $341=3 go down to find the plate or the tool setter. */
+    float tool_probe_distance_mm;
+    /** $343 [mm/min] 1..100000: Feed of the second, slow touch. */
+    float tool_locate_mm_min;
+    /** $344 [mm/min] 1..100000: Feed of the first touch. */
+    float tool_seek_mm_min;
+    /** $345 [mm/min] 1..100000: Feed away from the plate or tool setter, between and after the touches. */
+    float tool_pull_off_mm_min;
+    /** $346: After M6 the tool returns to where it was; off: it stays up, above where X and Y are. */
+    bool tool_restore;
     /** $394 [s] 0..60: The program waits this long after the spindle starts, or S changes by over 10 %. */
     float spindle_on_delay_s;
     /** $539 [s] 0..60: The program waits this long after the spindle stops, and before it is reversed. */
@@ -197,6 +217,7 @@ enum setting_number {
     SETTING_PWM_MAX_PCT = 36,
     SETTING_JERK_MM_S3 = 40,
     SETTING_ARC_RADIUS_TOLERANCE_MM = 41,
+    SETTING_PARKING = 42,
     SETTING_HOMING_CYCLE_1_MASK = 44,
     SETTING_HOMING_CYCLE_2_MASK = 45,
     SETTING_HOMING_CYCLE_3_MASK = 46,
@@ -204,6 +225,9 @@ enum setting_number {
     SETTING_HOMING_CYCLE_5_MASK = 48,
     SETTING_HOMING_CYCLE_6_MASK = 49,
     SETTING_RETURN_FEED_MM_MIN = 57,
+    SETTING_PARKING_TARGET_MM = 58,
+    SETTING_PARKING_FEED_MM_MIN = 59,
+    SETTING_TOOLSETTER_INVERT = 72,
     SETTING_CHARGE_PUMP_HZ = 73,
     SETTING_SENDER_LOST = 74,
     SETTING_SENDER_LOST_SPINDLE_S = 75,
@@ -242,6 +266,12 @@ enum setting_number {
     SETTING_ONE_SWITCH_MASK = 206,
     SETTING_SECOND_MOTOR = 210,
     SETTING_AT_SPEED_PCT = 340,
+    SETTING_TOOL_CHANGE = 341,
+    SETTING_TOOL_PROBE_DISTANCE_MM = 342,
+    SETTING_TOOL_LOCATE_MM_MIN = 343,
+    SETTING_TOOL_SEEK_MM_MIN = 344,
+    SETTING_TOOL_PULL_OFF_MM_MIN = 345,
+    SETTING_TOOL_RESTORE = 346,
     SETTING_SPINDLE_ON_DELAY_S = 394,
     SETTING_SPINDLE_OFF_DELAY_S = 539,
 };
@@ -261,7 +291,7 @@ enum setting_effect {
 };
 
 /** Rows of the table (a per-axis row stands for six settings), and settings in all on six axes. */
-enum { SETTINGS_ROW_COUNT = 76, SETTINGS_COUNT = 121 };
+enum { SETTINGS_ROW_COUNT = 86, SETTINGS_COUNT = 131 };
 
 /** The greatest N of $N. */
 enum { SETTINGS_NUMBER_MAX = 539 };

@@ -20,6 +20,7 @@ enum {
     INPUT_LIMIT_MAX = INPUT_LIMIT_MIN + AXIS_COUNT,
     INPUT_HOME = INPUT_LIMIT_MAX + AXIS_COUNT,
     INPUT_PROBE = INPUT_HOME + AXIS_COUNT,
+    INPUT_TOOLSETTER,
     INPUT_ESTOP,
     INPUT_MISC, /* P0 of M66 */
     INPUT_COUNT = INPUT_MISC + DIGITAL_INPUT_COUNT
@@ -32,8 +33,8 @@ _Static_assert((int)INPUT_COUNT <= 32, "an input is a bit of a word");
 #define INPUT_SWITCHES (INPUT_LIMITS | INPUT_HOMES)
 #define INPUT_STOPPING (INPUT_SWITCHES | 1u << INPUT_ESTOP) /* their edges interrupt */
 
-/** A pin and what it needs; what active_high means for limits and probe, whose settings are $5 and $6, is the
- * target's. */
+/** A pin and what it needs; what active_high means for limits, probe and tool setter, whose settings are $5,
+ * $6 and $72, is the target's. */
 struct input_wire {
     uint8_t pin; /* NO_PIN: not wired */
     bool active_high;

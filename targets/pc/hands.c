@@ -104,6 +104,20 @@ static const char *read_surface(const struct host *host, const struct words *wor
     return NULL;
 }
 
+static const char *read_toolsetter(const struct host *host, const struct words *words,
+                                   struct hands_action *action) {
+    static const char usage[] = "toolsetter X Y Z [RADIUS], in mm, or off";
+    const bool places = words->count == 4 || words->count == 5;
+    if (words->count < 3 && (words->count == 1 || is(words->word[1], "on") || is(words->word[1], "off")))
+        return read_input(host, words, action);
+    action->kind = HANDS_TOOLSETTER;
+    bool good =
+        places && read_steps(host, AXIS_X, words->count == 5 ? words->word[4] : "5", &action->radius_steps);
+    for (unsigned axis = AXIS_X; good && axis <= AXIS_Z; axis++)
+        good = read_steps(host, axis, words->word[1 + axis], &action->steps[axis]);
+    return good && action->radius_steps > 0 ? NULL : usage;
+}
+
 static const char *read_place(const struct host *host, const struct words *words,
                               struct hands_action *action) {
     action->kind = HANDS_PLACE;
@@ -199,9 +213,11 @@ const char *hands_read(const struct host *host, const char *line, struct hands_a
     static const struct {
         const char *name;
         const char *(*read)(const struct host *host, const struct words *words, struct hands_action *action);
-    } commands[] = {{"travel", read_travel}, {"surface", read_surface}, {"place", read_place},
-                    {"ramp", read_ramp},     {"skew", read_skew},       {"analog", read_analog},
-                    {"load", read_load},     {"encoder", read_encoder}, {"homing", read_travel}};
+    } commands[] = {{"travel", read_travel}, {"surface", read_surface},
+                    {"place", read_place},   {"ramp", read_ramp},
+                    {"skew", read_skew},     {"analog", read_analog},
+                    {"load", read_load},     {"encoder", read_encoder},
+                    {"homing", read_travel}, {"toolsetter", read_toolsetter}};
     struct words words;
     *action = (struct hands_action){0};
     split(&words, line);
@@ -251,6 +267,9 @@ void hands_do(struct host *host, const struct hands_action *action) {
         return;
     case HANDS_NO_SURFACE:
         virtual_no_surface(host);
+        return;
+    case HANDS_TOOLSETTER:
+        virtual_toolsetter(host, action->steps, action->radius_steps);
         return;
     case HANDS_PLACE:
         virtual_place(host, action->steps);

@@ -2,7 +2,7 @@
  * What hands can do at the virtual machine, in words. The control door of `wificnc serve` and the events of
  * `wificnc sim --at` speak this one vocabulary.
  *
- *   INPUT on|off          door, estop, hold, start, reset, probe, limit-x, limit-max-y, home-x,
+ *   INPUT on|off          door, estop, hold, start, reset, probe, toolsetter, limit-x, limit-max-y, home-x,
  *                         input-0 (M66) ...;
  *                         also "limit x on", "input 0 on"
  *   INPUT                 hold, start, reset: pressed and let go; the others: on
@@ -11,6 +11,7 @@
  *   travel AXIS LOW HIGH  limit switches, mm of true position; travel AXIS off: none
  *   homing AXIS LOW HIGH  home switch, likewise, where the board has one
  *   surface Z|off         what the probe touches, mm
+ *   toolsetter X Y Z [R]  where the tool setter is touched: its middle, its top, how far around; mm
  *   place X [Y [Z ...]]   the machine is here now, mm
  *   skew AXIS MM          the second motor of this axis is so far beyond the first, mm
  *   analog N PERCENT      level of an analog input (M66)
@@ -40,6 +41,7 @@ enum hands_kind {
     HANDS_HOMING,
     HANDS_SURFACE,
     HANDS_NO_SURFACE,
+    HANDS_TOOLSETTER,
     HANDS_PLACE,
     HANDS_SKEW,
     HANDS_RAMP,
@@ -56,7 +58,8 @@ struct hands_action {
     uint8_t byte;              /* HANDS_REALTIME */
     unsigned axis;             /* HANDS_TRAVEL, HANDS_NO_TRAVEL, HANDS_HOMING, HANDS_SKEW */
     int32_t steps[AXIS_COUNT]; /* HANDS_TRAVEL, HANDS_HOMING: low, high; HANDS_SURFACE: Z; HANDS_SKEW: by;
-                                  HANDS_PLACE: all */
+                                  HANDS_PLACE: all; HANDS_TOOLSETTER: X Y Z */
+    int32_t radius_steps;      /* HANDS_TOOLSETTER */
     float rpm_s;               /* HANDS_RAMP */
     unsigned analog;           /* HANDS_ANALOG: which input */
     float percent;             /* HANDS_ANALOG, HANDS_LOAD */

@@ -116,6 +116,7 @@ struct host *host_open_stored(const struct host_board *board, const struct hal_s
         .home_axes = board->home_axes,
         .motors_wake_us = board->motors_wake_us,
         .outputs = (uint8_t)(BOARD_OUTPUTS_ALL & ~board->missing_outputs),
+        .toolsetter = board->toolsetter != 0,
         .digital_inputs = board->digital_inputs,
         .digital_outputs = board->digital_outputs,
         .encoder = board->encoder != 0 ? &host_encoder : NULL,

@@ -46,6 +46,7 @@ struct host_board {
     uint32_t step_grid_ns;     /* pulses and pauses are whole ones of it; 0: any */
     uint16_t look_ahead;       /* pieces of path, 32 or more; 0: PLAN_SIZE */
     uint16_t laser_marks;      /* changes of S in it; 0: POWER_MARKS */
+    uint8_t toolsetter;        /* 1: a second probe input */
     uint16_t switchless; /* motors without a limit (of home_axes: a home switch): bit n = the first one of
                           * axis n, bit AXIS_COUNT + n = its second one */
     const struct device_board *device;                      /* is copied; NULL: no pins */

@@ -36,11 +36,13 @@ void hal_spindle_set(struct hal *hal, const struct hal_spindle *spindle) {
 }
 
 static void set_probe(struct hal *hal) {
-    bool touches = (hal->virtual_machine.levels >> VIRTUAL_PROBE & 1) != 0;
+    const int line = hal->watched == HAL_TOOLSETTER ? VIRTUAL_TOOLSETTER : VIRTUAL_PROBE;
+    bool touches = (hal->virtual_machine.levels >> line & 1) != 0;
     hal->step.probe = touches != hal->probe_high; /* the line is low on contact */
 }
 
-void hal_probe_watch(struct hal *hal, bool high) {
+void hal_probe_watch(struct hal *hal, enum hal_probe probe, bool high) {
+    hal->watched = probe;
     hal->probe_high = high;
     set_probe(hal);
 }
@@ -213,6 +215,13 @@ void virtual_surface(struct host *host, int32_t z_steps) {
 
 void virtual_no_surface(struct host *host) {
     follow(host)->has_surface = false;
+    update(host);
+}
+
+void virtual_toolsetter(struct host *host, const int32_t at_steps[AXIS_COUNT], int32_t radius_steps) {
+    struct virtual_machine *machine = follow(host);
+    memcpy(machine->setter, at_steps, sizeof machine->setter);
+    machine->setter_radius = radius_steps;
     update(host);
 }
 

@@ -28,7 +28,8 @@ struct hal {
     uint16_t switchless;             /* as in struct host_board */
     const struct settings *settings; /* $88: counts of the encoder, unless hands say otherwise */
     uint64_t switch_ticks;           /* when the switch timer's time is over; UINT64_MAX: it rests */
-    bool probe_high;                 /* level that the step ISR watches for */
+    enum hal_probe watched;          /* the line that the step ISR looks at ... */
+    bool probe_high;                 /* ... and the level that it watches for */
 };
 
 /** Who looks on; NULL functions: no one. */

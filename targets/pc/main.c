@@ -146,6 +146,10 @@ static bool take_board(struct host_board *board, const char *name, const char *v
         return read_count(value, &board->digital_outputs);
     if (strcmp(name, "--tasks") == 0)
         return read_count(value, &board->tasks);
+    if (strcmp(name, "--toolsetter") == 0) {
+        board->toolsetter = strcmp(value, "1") == 0;
+        return true;
+    }
     if (strcmp(name, "--encoder") == 0) {
         board->encoder = strcmp(value, "1") == 0;
         return true;

@@ -43,6 +43,14 @@ static uint64_t of_second_motors(const struct virtual_machine *machine) {
     return levels;
 }
 
+static bool touches_setter(const struct virtual_machine *machine) {
+    const int64_t radius = machine->setter_radius;
+    const int64_t x = (int64_t)machine->position[AXIS_X] - machine->setter[AXIS_X];
+    const int64_t y = (int64_t)machine->position[AXIS_Y] - machine->setter[AXIS_Y];
+    return radius > 0 && machine->position[AXIS_Z] <= machine->setter[AXIS_Z] && x <= radius &&
+           -x <= radius && y <= radius && -y <= radius;
+}
+
 bool virtual_update(struct virtual_machine *machine) {
     /* An input that was set by hand stays on, whatever the axes do. */
     uint64_t levels = machine->forced;
@@ -53,6 +61,8 @@ bool virtual_update(struct virtual_machine *machine) {
         levels |= of_second_motors(machine);
     if (machine->has_surface && machine->position[AXIS_Z] <= machine->surface)
         levels |= BIT(VIRTUAL_PROBE);
+    if (touches_setter(machine))
+        levels |= BIT(VIRTUAL_TOOLSETTER);
     bool changed = levels != machine->levels;
     machine->levels = levels;
     return changed;
@@ -98,6 +108,7 @@ void virtual_read(const struct virtual_machine *machine, struct hal_inputs *inpu
         .switches = switches,
         .pins = switches,
         .probe = (levels & BIT(VIRTUAL_PROBE)) == 0,
+        .toolsetter = (levels & BIT(VIRTUAL_TOOLSETTER)) == 0,
         .door = (levels & BIT(VIRTUAL_DOOR)) != 0,
         .hold = (levels & BIT(VIRTUAL_HOLD)) != 0,
         .start = (levels & BIT(VIRTUAL_START)) != 0,
@@ -130,6 +141,8 @@ int virtual_input_number(const char *name) {
     for (int i = 0; i < (int)(sizeof others / sizeof others[0]); i++)
         if (strcmp(name, others[i]) == 0)
             return VIRTUAL_PROBE + i;
+    if (strcmp(name, "toolsetter") == 0)
+        return VIRTUAL_TOOLSETTER;
     if (strncmp(name, "input-", 6) == 0 && name[6] >= '0' && name[6] < '0' + DIGITAL_INPUT_COUNT &&
         name[7] == '\0')
         return VIRTUAL_DIGITAL + (name[6] - '0');

@@ -40,7 +40,8 @@ enum virtual_input {
     VIRTUAL_DIGITAL = VIRTUAL_SECOND_MAX + AXIS_COUNT, /* P0 .. of M66; active: high */
     VIRTUAL_HOME = VIRTUAL_DIGITAL + DIGITAL_INPUT_COUNT,
     VIRTUAL_SECOND_HOME = VIRTUAL_HOME + AXIS_COUNT,
-    VIRTUAL_INPUT_COUNT = VIRTUAL_SECOND_HOME + AXIS_COUNT
+    VIRTUAL_TOOLSETTER = VIRTUAL_SECOND_HOME + AXIS_COUNT,
+    VIRTUAL_INPUT_COUNT
 };
 
 enum { VIRTUAL_EVENTS_MAX = 256 };
@@ -79,8 +80,10 @@ struct virtual_machine {
     axis_mask_t first_waits, second_waits; /* motors that make no steps now */
     bool has_surface;
     int32_t surface;
-    bool core_xy; /* X and Y switches are those of X = (A + B) / 2 and Y = (A - B) / 2 */
-    bool follows; /* the true position matters: every step edge is looked at */
+    int32_t setter[AXIS_COUNT]; /* the tool setter: middle, and its top */
+    int32_t setter_radius;      /* 0: none is there */
+    bool core_xy;               /* X and Y switches are those of X = (A + B) / 2 and Y = (A - B) / 2 */
+    bool follows;               /* the true position matters: every step edge is looked at */
     struct virtual_event events[VIRTUAL_EVENTS_MAX]; /* sorted by time, the next one last */
     uint32_t event_count;
     struct virtual_outputs outputs;
@@ -89,8 +92,8 @@ struct virtual_machine {
 };
 
 /** Number of an input by name: "limit-min-x" .. "limit-max-c", "limit-x" (= min), "second-min-x" .., "home-x"
- * .., "second-home-x" .., "probe", "door", "estop", "hold", "start", "reset", "input-0" .. @return -1: there
- * is none of that name. */
+ * .., "second-home-x" .., "probe", "door", "estop", "hold", "start", "reset", "toolsetter", "input-0" ..
+ * @return -1: there is none of that name. */
 int virtual_input_number(const char *name);
 
 /** Now, before the controller continues. The level is what is set here or what the position says, whichever
@@ -115,6 +118,10 @@ void virtual_surface(struct host *host, int32_t z_steps);
 
 /** Nothing to probe (power-on state). */
 void virtual_no_surface(struct host *host);
+
+/** A tool setter: it is touched while Z <= at_steps[AXIS_Z], and neither X nor Y is farther than this from
+ * its middle; true steps. @param radius_steps  0: it is not there (power-on state) */
+void virtual_toolsetter(struct host *host, const int32_t at_steps[AXIS_COUNT], int32_t radius_steps);
 
 /** Puts the machine here, as if pushed by hand; power-on is 0 everywhere. */
 void virtual_place(struct host *host, const int32_t steps[AXIS_COUNT]);

@@ -324,6 +324,8 @@ static int load_program(struct sim *sim, const char *text, size_t size) {
 
 int sim_load(struct sim *sim, const char *text, size_t size, int keep_going) {
     sim->keep_going = keep_going != 0;
+    if (tool_change_goes(host_machine(sim->host))) /* what is simulated has not been homed */
+        (void)sim_command(sim, "$341=0");
     if ((expand_is_needed(text, size) ? load_program(sim, text, size)
                                       : sim_text_make(&sim->text, text, size)) != 0)
         return ENOMEM;

@@ -57,7 +57,7 @@ void hal_inputs_read(const struct hal *hal, struct hal_inputs *inputs) {
     memset(inputs, 0, sizeof *inputs);
     memset(&inputs->switches, 0xFF, sizeof inputs->switches);
     memset(&inputs->pins, 0xFF, sizeof inputs->pins);
-    inputs->probe = true;
+    inputs->probe = inputs->toolsetter = true;
 }
 
 void hal_switch_timer_start(struct hal *hal, uint32_t us) {
@@ -65,8 +65,9 @@ void hal_switch_timer_start(struct hal *hal, uint32_t us) {
     (void)us; /* after this time the interrupt calls machine_switch_timer_isr() */
 }
 
-void hal_probe_watch(struct hal *hal, bool high) {
+void hal_probe_watch(struct hal *hal, enum hal_probe probe, bool high) {
     (void)hal;
+    (void)probe;
     (void)high;
 }
 

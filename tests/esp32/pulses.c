@@ -46,7 +46,6 @@ static void start(void) {
     chip_reset();
     now += 1000000;
     board = (struct step_engine_board){.gang = gang_of(BOARD_AXIS_COUNT, 0),
-                                       .probe_gpio = NO_PIN,
                                        .timer_hz = BOARD_TIMER_HZ,
                                        .step_pulse_ns = BOARD_STEP_PULSE_NS,
                                        .dir_setup_ns = BOARD_DIR_SETUP_NS};

@@ -77,7 +77,6 @@ FOLLOWS = [
     ("G38 without a variant", ["G38Z1"], 20),
     ("G38 with an unknown variant", ["G38.6Z1"], 20),
     ("G28 with an unknown variant", ["G28.2"], 20),
-    ("G43.2", ["G43.2H1"], 20),
     ("M with a fraction, known or not", ["M99.5"], 23),
     ("a negative code", ["G-1"], 20),
     ("a code of many digits", ["G" + "9" * 30], 2),

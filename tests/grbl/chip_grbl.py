@@ -228,6 +228,9 @@ class ChipGrbl:
     def surface(self, steps: int) -> None:
         self.chip.surface(self._pin("probe"), steps)
 
+    def toolsetter(self, x: int, y: int, z: int, radius: int = 1250) -> None:
+        self.chip.toolsetter(self._pin("toolsetter"), (x, y, z), radius)
+
     def place(self, steps: Sequence[int]) -> None:
         for axis, position in enumerate(steps[:AXES]):
             self.chip.place(axis, position)

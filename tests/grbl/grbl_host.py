@@ -62,6 +62,7 @@ class Grbl:
             encoder,
             home,
             tasks,
+            toolsetter=ports,
             **PUMP if pump else {},
         )
         self._host = LIB.host_open(ctypes.byref(board), str(store).encode() if store else None)
@@ -266,6 +267,9 @@ class Grbl:
 
     def surface(self, steps: int) -> None:
         LIB.virtual_surface(self._host, steps)
+
+    def toolsetter(self, x: int, y: int, z: int, radius: int = 1250) -> None:
+        LIB.virtual_toolsetter(self._host, Steps(x, y, z), radius)
 
     def place(self, steps: Sequence[int]) -> None:
         LIB.virtual_place(self._host, Steps(*steps))

@@ -17,7 +17,7 @@ from wificnc.board.model import Board
 from wificnc.serve.options import board_numbers
 from wificnc.sim.native import HostBoard
 
-PASSES, NO_PWM, NO_PORT, NO_OUTPUT, NO_ENCODER = 0, 17, 131, 135, 150
+PASSES, NO_PWM, NO_PORT, NO_OUTPUT, NO_TOOLSETTER, NO_ENCODER = 0, 17, 131, 135, 136, 150
 FLOOD, MIST = "M8: this board has no output for flood coolant", "M7: this board has no output for mist coolant"
 
 
@@ -66,6 +66,7 @@ LINES: list[tuple[str, Needs]] = [
     ("$83=0", lambda _: PASSES),
     ("$85=1", lambda b: when(b.output.servo, NO_OUTPUT)),
     ("$88=4096", lambda b: when(b.encoder, NO_ENCODER)),
+    ("G65P5Q1", lambda b: when(b.input.toolsetter, NO_TOOLSETTER)),
     ("G95", lambda _: NO_ENCODER),  # $88 is 0
 ]
 
@@ -91,6 +92,7 @@ TRIED = {
     "digital inputs": "M66P0L0",
     "analog inputs and outputs": "M67E0Q1",
     "RC servo": "$85=1",
+    "tool setter": "G65P5Q1",
     "spindle encoder": "$88=400",
 }
 

@@ -51,6 +51,8 @@ def test_an_alarm_has_its_number_its_meaning_and_a_way_out(code: int) -> None:
         ("Hold:0", ["Sender lost: feed hold", "Program pause"], "connection of the sender", "wificnc monitor"),
         ("Hold:0", ["Program pause"], "M0", "~"),
         ("Hold:0", ["Tool change: T4"], "tool T4", "~"),
+        ("Tool", [], "a tool change", "$TPW"),
+        ("Tool", ["Tool change: T4 6 mm flat"], "tool T4", "$TPW"),
         ("Hold:1", [], "slow down", "wait"),
         ("Door:0", [], "closed now", "~"),
         ("Door:1", [], "is open", "close it"),

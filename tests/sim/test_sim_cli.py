@@ -75,6 +75,16 @@ def test_tool_changes_are_listed_and_passed(cli, job):
     assert code == 0 and "T1 in line 3, T12 in line 7" in out
 
 
+def test_a_tool_change_that_needs_homing_is_passed_in_its_place(cli, job):
+    """$341=3 of the machine must not make a preflight refuse M6."""
+    path = job("T1M6\nG1X5F600\nT2M6 (6 mm)\nG1X10\nM30\n")
+    code, out, err = cli(path, "--json", "-", "--set", "$341=3")
+    report = json.loads(out)
+    assert code == 0 and not report["errors"]
+    assert [change["tool"] for change in report["tool_changes"]] == [1, 2]
+    assert report["final_position_mm"]["X"] == 10 and "Tool change" not in err
+
+
 def test_the_table_is_for_people(cli, job):
     code, out, err = cli(job("G0X10\n"), "--set", "$100=100", "--set", "$120=500")
     assert code == 0 and err == ""

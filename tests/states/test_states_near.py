@@ -28,7 +28,7 @@ PAIRS = [
 GAPS_S = (0.0, 0.001, 0.0049)
 RESUMES = {"resume_byte", "start_button"}
 HOLDS = {"hold_byte", "hold_button"}
-HOLDS_AGAIN = HOLDS | {"park_byte"}
+HOLDS_AGAIN = HOLDS | {"park_byte", "spindle_stop_byte"}
 SHARDS = 60
 ALL = os.environ.get("WIFICNC_STATES") == "all"
 
@@ -60,7 +60,8 @@ def restores(start: Model, name: str) -> bool:
 
 def takes_back(start: Model, hold: str, resume: str, gap_s: float) -> bool:
     """In the same moment the hold counts and the resume does not. Until the tools are back the machine is held as
-    before: a hold then stops them again, 0xA3 parks, and another resume is needed (docs/states.md, door_closed)."""
+    before: a hold then stops them again, 0xA3 parks, 0x9E stops the spindle, and another resume is needed
+    (docs/states.md, door_closed)."""
     if hold in HOLDS and resume in RESUMES and gap_s == 0:
         return True
     return hold in HOLDS_AGAIN and restores(start, resume)

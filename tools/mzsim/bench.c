@@ -12,7 +12,7 @@ void bench_create(struct chip *chip) {
     struct bench *bench = &chip->bench;
     memset(bench->step_axis, 255, sizeof bench->step_axis);
     memset(bench->dir_axis, 255, sizeof bench->dir_axis);
-    bench->probe = NO_PIN;
+    bench->probe = bench->setter = NO_PIN;
     bench->least = (struct mz_pulses){NEVER, NEVER, NEVER, NEVER};
     for (unsigned i = 0; i < MZ_AXES; i++)
         bench->axis[i].rose = bench->axis[i].fell = bench->axis[i].turned = NEVER;
@@ -28,6 +28,18 @@ static void set_switch(struct chip *chip, unsigned pin, bool active, unsigned ac
         mz_pin_drive(chip, pin, active == (active_level != 0));
 }
 
+static bool is_near(const struct chip *chip, unsigned axis) {
+    const struct bench *bench = &chip->bench;
+    const int64_t way = (int64_t)bench->axis[axis].position - bench->setter_at[axis];
+    return way <= bench->setter_radius && -way <= bench->setter_radius;
+}
+
+static void follow_setter(struct chip *chip) {
+    const struct bench *bench = &chip->bench;
+    const bool low = bench->axis[2].position <= bench->setter_at[2];
+    set_switch(chip, bench->setter, low && is_near(chip, 0) && is_near(chip, 1), 0);
+}
+
 static void follow(struct chip *chip, unsigned axis) {
     const struct bench_axis *at = &chip->bench.axis[axis];
     if (at->wire.has_low != 0)
@@ -36,6 +48,8 @@ static void follow(struct chip *chip, unsigned axis) {
         set_switch(chip, at->wire.max_switch, at->position >= at->wire.high, at->wire.max_active);
     if (axis == 2)
         set_switch(chip, chip->bench.probe, at->position <= chip->bench.surface, 0);
+    if (axis <= 2)
+        follow_setter(chip);
 }
 
 static void note_step(struct chip *chip, unsigned axis, bool dir_high) {
@@ -103,6 +117,14 @@ void mz_surface(struct chip *chip, unsigned pin, int32_t z_steps) {
     chip->bench.probe = (uint8_t)pin;
     chip->bench.surface = z_steps;
     follow(chip, 2);
+}
+
+void mz_toolsetter(struct chip *chip, unsigned pin, const int32_t at[3], int32_t radius) {
+    struct bench *bench = &chip->bench;
+    bench->setter = (uint8_t)pin;
+    memcpy(bench->setter_at, at, sizeof bench->setter_at);
+    bench->setter_radius = radius;
+    follow_setter(chip);
 }
 
 size_t mz_steps(struct chip *chip, struct mz_step *out, size_t room) {

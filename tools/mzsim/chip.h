@@ -157,7 +157,8 @@ struct bench_axis {
 struct bench {
     struct bench_axis axis[MZ_AXES];
     uint8_t step_axis[MZ_PIN_COUNT], dir_axis[MZ_PIN_COUNT]; /* axis of a pin, 255: none */
-    uint8_t probe;
+    uint8_t probe, setter;                                   /* pins */
+    int32_t setter_at[3], setter_radius;
     int32_t surface;
     struct mz_pulses least;
     struct mz_step *steps;

@@ -118,6 +118,10 @@ void mz_axis_place(struct chip *chip, unsigned axis, int32_t steps);
 /** The probe pin goes low while Z <= z_steps. @param pin  255: none */
 void mz_surface(struct chip *chip, unsigned pin, int32_t z_steps);
 
+/** A tool setter: the pin goes low while Z <= at[2], and X and Y are no farther than this from at[0], at[1].
+ * @param pin  255: none */
+void mz_toolsetter(struct chip *chip, unsigned pin, const int32_t at[3], int32_t radius);
+
 /** Rising step edges of one step event; direction bit 1 = the direction pin is high. */
 struct mz_step {
     uint64_t cycle; /* of the first edge */

@@ -11,7 +11,7 @@ import { findBoard, settingNumber, TABLES, type Board } from "./tables";
 
 const THEME_KEY = "wificnc.theme";
 const BOARD_KEY = "wificnc.board";
-const HELD = new Set(["Hold", "Door"]);
+const HELD = new Set(["Hold", "Tool", "Door"]);
 
 export const controller = new Controller();
 export const job = new JobRunner(controller);

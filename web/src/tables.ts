@@ -110,7 +110,8 @@ export type HostField =
   | "digital_outputs"
   | "encoder"
   | "analog"
-  | "home_axes";
+  | "home_axes"
+  | "toolsetter";
 
 export type RealtimeName = keyof typeof raw.realtime;
 

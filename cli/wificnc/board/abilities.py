@@ -54,6 +54,7 @@ ABILITIES = (
     Ability("digital inputs", "M66 P", lambda board: board.digital_inputs > 0, "error:131"),
     Ability("analog inputs and outputs", "M66 E, M67, M68", lambda board: board.has_analog, "error:131"),
     Ability("RC servo", "$85", lambda board: board.output.servo is not None, "error:135"),
+    Ability("tool setter", "G65 P5 Q1", lambda board: board.input.toolsetter is not None, "error:136"),
     Ability("spindle encoder", "G33, G76, G95, $88", lambda board: board.encoder is not None, "error:150"),
 )
 

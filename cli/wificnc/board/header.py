@@ -38,7 +38,7 @@ OUTPUT_SIGNALS = (
     "servo",
     "led",
 )
-INPUT_SIGNALS = ("probe", "estop", "encoder_a", "encoder_b", "encoder_index")
+INPUT_SIGNALS = ("probe", "toolsetter", "estop", "encoder_a", "encoder_b", "encoder_index")
 BUS_SIGNALS = (
     *("eth_mosi", "eth_miso", "eth_sclk", "eth_int", "eth_cs"),
     *("serial_tx", "serial_rx"),

@@ -152,6 +152,7 @@ class Inputs(Strict):
     """Everything the board reads, apart from limits and the encoder."""
 
     probe: InputWire | None = None
+    toolsetter: InputWire | None = Field(default=None, description="second probe input, of a tool setter")
     estop: InputWire | None = None
     misc: Annotated[tuple[InputWire, ...], LooseTuple] = Field(default=(), max_length=MISC_IN_MAX)
 
@@ -447,7 +448,7 @@ _OUTPUT_ROLES = {
     "charge_pump": Role.PUMP,
     "servo": Role.SERVO,
 }
-_INPUT_ROLES = {"probe": Role.PROBE, "estop": Role.ESTOP}
+_INPUT_ROLES = {"probe": Role.PROBE, "toolsetter": Role.PROBE, "estop": Role.ESTOP}
 _GROUPS = (
     ("encoder", "encoder", Role.ENCODER, ("a", "b", "index")),
     ("ethernet", "eth", Role.ETHERNET, ("mosi", "miso", "sclk", "int", "cs")),

@@ -148,6 +148,7 @@ _PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "mz_axis_position": (c_int32, (_CHIP, c_uint)),
     "mz_axis_place": (None, (_CHIP, c_uint, c_int32)),
     "mz_surface": (None, (_CHIP, c_uint, c_int32)),
+    "mz_toolsetter": (None, (_CHIP, c_uint, POINTER(c_int32), c_int32)),
     "mz_steps": (c_size_t, (_CHIP, POINTER(Step), c_size_t)),
     "mz_pulses": (None, (_CHIP, POINTER(Pulses))),
     "mz_cut_power": (None, (_CHIP, c_uint32, c_int)),
@@ -327,6 +328,10 @@ class VirtualChip:
     def surface(self, pin: int, z_steps: int) -> None:
         """The probe's pin goes low while Z is at or below this."""
         self._library.mz_surface(self._chip, pin, z_steps)
+
+    def toolsetter(self, pin: int, at: tuple[int, int, int], radius: int) -> None:
+        """The tool setter's pin goes low while Z is at or below at[2], no farther than this from at[0] and at[1]."""
+        self._library.mz_toolsetter(self._chip, pin, (ctypes.c_int32 * 3)(*at), radius)
 
     def steps(self) -> bytes:
         """Records of STEP_DTYPE since the last call."""

@@ -16,6 +16,7 @@ from wificnc.live import STATE_STYLES, place
 
 PINS = {
     "P": "probe", "D": "door", "R": "reset", "H": "feed hold", "S": "cycle start",
+    "T": "M1 stops (0x88)",
     **{axis: f"limit {axis}" for axis in "XYZABC"},
 }  # fmt: skip
 ACCESSORIES = {"S": "spindle clockwise", "C": "spindle counter-clockwise", "F": "flood coolant", "M": "mist coolant"}

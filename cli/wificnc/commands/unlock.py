@@ -14,7 +14,7 @@ from wificnc.link.protocol import Banner
 from wificnc.link.transport import open_transport
 
 BANNER_S = 5.0
-HELD = ("Hold", "Door", "Sleep")  # no line is read, and `$X` does not end it
+HELD = ("Hold", "Tool", "Door", "Sleep")  # no line is read, and `$X` does not end it
 
 
 @click.command()

@@ -58,8 +58,9 @@ def _read_probe(probe: Section, facts: InputFacts, remarks: Remarks) -> None:
         facts.inputs["probe"] = setter.input()
         remarks.changed("probe.toolsetter_pin", probe.line_of("toolsetter_pin"), "is the probe here")
     elif setter.name != pin.name:
-        why = "one probe input here: connect both switches to it"
-        remarks.lost("probe.toolsetter_pin", probe.line_of("toolsetter_pin"), why)
+        facts.inputs["toolsetter"] = setter.input()
+        why = "stops G38 after G65 P5 Q1, and measures tools ($341); in FluidNC both stop every G38"
+        remarks.changed("probe.toolsetter_pin", probe.line_of("toolsetter_pin"), why)
 
 
 def _read_stops(control: Section, facts: InputFacts, remarks: Remarks) -> None:

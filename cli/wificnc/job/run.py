@@ -30,7 +30,7 @@ STOP_S = 10.0  # a feed hold that takes longer than this is ended by a reset
 BANNER_S = 3.0
 OVERFLOW = "Receive buffer overflow"
 ALARM_RESET = 3
-STANDING = ("Hold", "Idle", "Door", "Door:1", "Check", "Sleep", "Alarm")  # :0 is left out
+STANDING = ("Hold", "Tool", "Idle", "Door", "Door:1", "Check", "Sleep", "Alarm")  # :0 is left out
 CTRL_C = "\x03"
 TERMINATED = "\x00"  # the process is asked to end: hold and reset, without a question
 
@@ -290,7 +290,7 @@ class JobRun:
     def _on_status(self, status: Status) -> None:
         snapshot = self.client.now()
         self._rest.look(snapshot)
-        if self.options.numbered and status.line and status.state in ("Run", "Hold", "Door"):
+        if self.options.numbered and status.line and status.state in ("Run", "Hold", "Tool", "Door"):
             self._running = status.line
         if status.rx_free is not None:
             self.streamer.window.hear_free(status.rx_free)
@@ -306,7 +306,7 @@ class JobRun:
 
     def _notice_pause(self, status: Status) -> None:
         """M0, M1 and M6 wait for the operator: say what the program says."""
-        paused = status.state in ("Hold", "Door")
+        paused = status.state in ("Hold", "Tool", "Door")
         front = self.streamer.under_way[0] if self.streamer.under_way else None
         if paused and not self._paused and front and "M" in front.code:
             self.watcher.message(f"{front.title}: the program pauses; ~ resumes")

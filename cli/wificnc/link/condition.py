@@ -14,7 +14,7 @@ from wificnc.link.protocol import Status
 from wificnc.link.words import NEEDS_RESET
 
 BY_ALARM = re.compile(r"Locked by ALARM:(\d+): (.*)")
-TOOL_CHANGE = re.compile(r"Tool change: T(\d+)")
+TOOL_CHANGE = re.compile(r"Tool change: T(\d+)(?: .*)?")
 DAMAGED = "Stored data is damaged"
 SENDER_LOST = "Sender lost: feed hold"
 PRESSED = "release the emergency stop"
@@ -34,6 +34,10 @@ ACKNOWLEDGE = (
 STATES: dict[str, tuple[str, str]] = {
     "Hold:1": ("a feed hold: the axes slow down", "wait until they stop"),
     "Hold": ("a feed hold, or a pause of the program (M0)", RESUME_OR_END),
+    "Tool": (
+        "a tool change ($341): change the tool, jog and touch off",
+        "`$TPW` in `wificnc monitor` measures it; " + RESUME_OR_END,
+    ),
     "Door:0": ("the safety door was open; it is closed now", RESUME_OR_END),
     "Door:1": ("the safety door is open", f"close it; then {RESUME_OR_END}"),
     "Door:2": ("the safety door is open: the axes slow down", "wait until they stop, and close the door"),
@@ -84,7 +88,7 @@ def condition(status: Status, notices: Iterable[str] = ()) -> Condition:
     if HOST_COMMANDS in notices:
         return Condition("a remote host (WMC3) controls motion", "wait until it releases motion, or end it there")
     why, lead = STATES.get(state) or STATES.get(status.state) or ("", "")
-    if state == "Hold:0":
+    if state in ("Hold:0", "Tool"):
         why = next((words for notice in notices if (words := _held(notice))), why)
     return Condition(why, lead)
 

@@ -74,7 +74,7 @@ class Other:
 class Status:
     """<Idle|MPos:…>: exactly what one report has; None is what it does not say."""
 
-    state: str  # Idle Run Hold Jog Alarm Door Check Home Sleep
+    state: str  # Idle Run Hold Tool Jog Alarm Door Check Home Sleep
     substate: int | None = None
     mpos: tuple[float, ...] | None = None
     wpos: tuple[float, ...] | None = None

@@ -68,6 +68,7 @@ ERRORS: dict[int, str] = {
     133: "an analog output takes 0 to 100 percent (Q)",
     134: "a later M70, M71 or M73 replaced the modes that M73 saved here: one set is stored",
     135: "the board has no output for this (wificnc boards show; $91=1 lets M7 and M8 pass)",
+    136: "the board has no tool setter input (input.toolsetter): wificnc boards show",
     140: "the machine's arms cannot reach this point, or not on a straight line from here",
     141: "a homing pull-off ($27, $200 ..) is longer than the travel of its axis ($130 ..)",
     142: "with one switch the pull-offs of both motors ($27, $200 ..) may differ by 5 % of the travel only",
@@ -90,6 +91,8 @@ ERRORS: dict[int, str] = {
     171: "the probe was in contact before the move, or did not find it: nothing was set",
     172: "the job's line sets offsets itself when it continues: change them after it",
     173: "in a parked hold only straight axes can be moved ($80)",
+    174: "this tool change ($341) moves in machine coordinates: send $H first",
+    175: "this tool change ($341) needs the place of the tool setter: store it in G59.3",
     180: "this client is not logged in, and the line had no effect (wificnc login)",
     181: "another client is in control, and the line had no effect: $TAKE takes control",
 }

@@ -132,6 +132,7 @@ def board_numbers(board: Board) -> dict[str, int]:
         "digital_outputs": board.digital_outputs,
         "encoder": int(board.encoder is not None),
         "analog": int(board.has_analog),
+        "toolsetter": int(board.input.toolsetter is not None),
         **pump_numbers(board),
     }
 

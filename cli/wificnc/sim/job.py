@@ -67,6 +67,7 @@ class Timing:
     step_grid_ns: int = 0  # pulses and pauses are whole ones of it; 0: any
     look_ahead: int = 0  # pieces of path; 0: what the library holds
     laser_marks: int = 0  # changes of a laser's S in it; 0: the same
+    toolsetter: bool = False  # a second probe input
     switchless: int = 0  # motors without a switch: bit n = the first one of axis n, bit 6 + n = its second one
 
 

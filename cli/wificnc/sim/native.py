@@ -75,6 +75,7 @@ class HostBoard(Structure):
         ("step_grid_ns", c_uint32),
         ("look_ahead", c_uint16),
         ("laser_marks", c_uint16),
+        ("toolsetter", c_uint8),
         ("switchless", c_uint16),
         ("device", POINTER(DeviceBoard)),
         ("pump_hz", c_uint16),

@@ -141,6 +141,7 @@ def board_timing(board: Board) -> Timing:
         step_grid_ns=step_grid_ns(board),
         look_ahead=board.look_ahead,
         laser_marks=board.laser_marks,
+        toolsetter=board.input.toolsetter is not None,
         switchless=board.switchless,
     )
 

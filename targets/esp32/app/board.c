@@ -26,7 +26,6 @@ static const struct pin_wire *motor_wire(const struct pin_map *map, unsigned mot
 struct step_engine_board board_step_engine(const struct pin_map *map) {
     struct step_engine_board board = {
         .gang = board_gang(),
-        .probe_gpio = map->wire[SIGNAL_PROBE].gpio,
         .timer_hz = BOARD_TIMER_HZ,
         .step_pulse_ns = BOARD_STEP_PULSE_NS,
         .dir_setup_ns = BOARD_DIR_SETUP_NS,
@@ -61,6 +60,7 @@ void board_inputs(const struct pin_map *map, struct input_wire wire[INPUT_COUNT]
         wire[INPUT_HOME + motor] = input(motor_wire(map, motor, SIGNAL_HOME_X, SIGNAL_HOME_X2));
     }
     wire[INPUT_PROBE] = input(&map->wire[SIGNAL_PROBE]);
+    wire[INPUT_TOOLSETTER] = input(&map->wire[SIGNAL_TOOLSETTER]);
     wire[INPUT_ESTOP] = input(&map->wire[SIGNAL_ESTOP]);
     for (unsigned misc = 0; misc < DIGITAL_INPUT_COUNT; misc++)
         wire[INPUT_MISC + misc] = input(&map->wire[SIGNAL_MISC_IN_0 + misc]);
@@ -100,6 +100,7 @@ struct machine_board board_machine(const struct pin_map *map) {
         BOARD_MISC_IN_COUNT < DIGITAL_INPUT_COUNT ? BOARD_MISC_IN_COUNT : DIGITAL_INPUT_COUNT;
     return (struct machine_board){
         .outputs = wired_outputs(map),
+        .toolsetter = map->wire[SIGNAL_TOOLSETTER].gpio != NO_PIN,
         .digital_inputs = inputs,
         .digital_outputs = wired_digital_outputs(map),
         .motors_wake_us = 1000, /* what the slowest of common drivers want */

@@ -9,7 +9,8 @@ static void apply_pulse(struct follow *follow) {
 static void apply_levels(void *arg) {
     const struct follow *follow = arg;
     const struct settings *settings = machine_settings(follow->machine);
-    inputs_set_levels(&follow->hal->inputs, settings->limit_invert, settings->probe_invert);
+    inputs_set_levels(&follow->hal->inputs, settings->limit_invert, settings->probe_invert,
+                      settings->toolsetter_invert);
 }
 
 static void apply(struct follow *follow) {

@@ -15,9 +15,9 @@ uint32_t hal_time_us(const struct hal *hal) {
     return (uint32_t)esp_timer_get_time();
 }
 
-void hal_probe_watch(struct hal *hal, bool high) {
-    if (hal->step.probe_mask != 0)
-        hal->step.probe_level = high ? hal->step.probe_mask : 0;
+void hal_probe_watch(struct hal *hal, enum hal_probe probe, bool high) {
+    step_engine_watch(&hal->step,
+                      hal->inputs.wire[probe == HAL_TOOLSETTER ? INPUT_TOOLSETTER : INPUT_PROBE].pin, high);
 }
 
 HAL_ISR void hal_estop(struct hal *hal, bool invert, uint16_t dark) {

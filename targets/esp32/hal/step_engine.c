@@ -28,11 +28,11 @@ static uint32_t cycles_of(uint32_t ns) {
     return (ns * CYCLES_PER_US + 999u) / 1000u;
 }
 
-static void set_probe(struct hal_step *hal, uint8_t gpio) {
-    bool high_bank = gpio != NO_PIN && gpio >= PIN_BANK_WIDTH;
-    hal->probe_in = high_bank ? &GPIO.in1.val : &GPIO.in;
-    hal->probe_mask = gpio == NO_PIN ? 0 : 1u << gpio % PIN_BANK_WIDTH;
-    hal->probe_level = NO_PROBE_LEVEL;
+void step_engine_watch(struct hal_step *hal, uint8_t gpio, bool high) {
+    const bool wired = gpio != NO_PIN;
+    hal->probe_in = wired && gpio >= PIN_BANK_WIDTH ? &GPIO.in1.val : &GPIO.in;
+    hal->probe_mask = wired ? 1u << gpio % PIN_BANK_WIDTH : 0;
+    hal->probe_level = !wired ? NO_PROBE_LEVEL : high ? hal->probe_mask : 0;
 }
 
 bool step_engine_init(struct hal_step *hal, const struct step_engine_board *board) {
@@ -52,7 +52,7 @@ bool step_engine_init(struct hal_step *hal, const struct step_engine_board *boar
     if (BY_RMT && !step_rmt_init(hal, board->step_gpio))
         return false;
     step_engine_set_pulse(hal, board->step_pulse_ns);
-    set_probe(hal, board->probe_gpio);
+    step_engine_watch(hal, NO_PIN, false);
     /* The group's other timer is the switch timer (io/switch_timer.c): only the first user may reset it. */
     PERIPH_RCC_ACQUIRE_ATOMIC(PERIPH_TIMG0_MODULE, users) {
         if (users == 0) {

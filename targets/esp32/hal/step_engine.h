@@ -12,12 +12,11 @@ struct step_engine_board {
     struct gang gang;
     uint8_t step_gpio[AXIS_COUNT], dir_gpio[AXIS_COUNT]; /* of the motors; NO_PIN: no such motor */
     uint8_t step_low, dir_low;                           /* motors whose lines the board calls active low */
-    uint8_t probe_gpio;                                  /* NO_PIN: no probe */
     uint32_t timer_hz;                                   /* APB clock (80 MHz) divided by 2 .. 65536 */
     uint32_t step_pulse_ns, dir_setup_ns;
 };
 
-/** [start] Tables, timer, probe, and RMT channels or I2S where the board wants them: before the LED takes
+/** [start] Tables, timer, and RMT channels or I2S where the board wants them: before the LED takes
  * one. Nothing runs yet. @param board  outlives this
  * @return false: a pin, the clock or a channel is impossible */
 bool step_engine_init(struct hal_step *hal, const struct step_engine_board *board);
@@ -49,5 +48,9 @@ bool step_engine_has_lost(void);
 /** [task on core 1] Route the timer's interrupt, of level 5, to `step`. @return false: no interrupt is free
  */
 bool step_engine_attach(struct step *step);
+
+/** [task, while the interrupt looks at no probe] hal_step_probe() is true while this pin has this level;
+ * NO_PIN: never. */
+void step_engine_watch(struct hal_step *hal, uint8_t gpio, bool high);
 
 #endif

@@ -68,7 +68,7 @@ static void IRAM_ATTR on_edge(void *arg) {
 }
 
 static const struct debounce_time *time_of(unsigned input, const struct input_roles *roles) {
-    if (input == INPUT_PROBE)
+    if (input == INPUT_PROBE || input == INPUT_TOOLSETTER)
         return &probe_time;
     bool stops = input < INPUT_MISC || input - INPUT_MISC == roles->door || input - INPUT_MISC == roles->hold;
     return stops ? &stop_time : &button_time;
@@ -97,12 +97,13 @@ void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT
         const gpio_config_t config = make_config(wire[input].pin, wire[input].pull);
         ESP_ERROR_CHECK(gpio_config(&config));
     }
-    inputs_set_levels(inputs, false, false);
+    inputs_set_levels(inputs, false, false, false);
 }
 
-void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_invert) {
+void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_invert, bool toolsetter_invert) {
     uint32_t active_low = (limit_invert ? 0 : INPUT_SWITCHES) ^ inputs->home_high;
     active_low |= probe_invert ? 0 : 1u << INPUT_PROBE;
+    active_low |= toolsetter_invert ? 0 : 1u << INPUT_TOOLSETTER;
     for (unsigned input = INPUT_ESTOP; input < INPUT_COUNT; input++)
         active_low |= inputs->wire[input].active_high ? 0 : 1u << input;
     inputs->active_low = active_low;
@@ -158,6 +159,7 @@ void IRAM_ATTR inputs_read(const struct inputs *inputs, struct hal_inputs *out) 
     out->switches = read_switches(inputs, high);
     out->pins = read_switches(inputs, inputs->debounce.raw ^ inputs->active_low);
     out->probe = (high >> INPUT_PROBE & 1) != 0;
+    out->toolsetter = (high >> INPUT_TOOLSETTER & 1) != 0;
     out->estop = (on >> INPUT_ESTOP & 1) != 0 || inputs->locked;
     out->door = misc_is_on(on, inputs->roles.door);
     out->hold = misc_is_on(on, inputs->roles.hold);

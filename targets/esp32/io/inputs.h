@@ -39,9 +39,9 @@ struct inputs {
 void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT], const struct gang *gang,
                  const struct input_roles *roles);
 
-/** [motion side, or before inputs_attach()] $5 and $6: at which level limits, home switches (as the board
- * calls them, or the other way round) and probe are on. */
-void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_invert);
+/** [motion side, or before inputs_attach()] $5, $6 and $72: at which level limits, home switches (as the
+ * board calls them, or the other way round), probe and tool setter are on. */
+void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_invert, bool toolsetter_invert);
 
 /** [start] The index line of the spindle's encoder: inputs_attach() has it interrupt, too. */
 void inputs_add_index(struct inputs *inputs, struct encoder *encoder, const struct encoder_wire *wire);

@@ -65,7 +65,6 @@ static struct row row_of(uint8_t pin) {
 struct step_engine_board board_step_engine(void) {
     struct step_engine_board board = {
         .gang = board_gang(),
-        .probe_pin = PIN_PROBE,
         .step_pulse_ns = BOARD_STEP_PULSE_NS,
         .dir_setup_ns = BOARD_DIR_SETUP_NS,
     };
@@ -96,6 +95,7 @@ void board_inputs(struct input_wire wire[INPUT_COUNT]) {
         wire[INPUT_HOME + motor] = input(at.pins->home[at.index]);
     }
     wire[INPUT_PROBE] = input(PIN_PROBE);
+    wire[INPUT_TOOLSETTER] = input(PIN_TOOLSETTER);
     wire[INPUT_ESTOP] = input(PIN_ESTOP);
     for (unsigned n = 0; n < DIGITAL_INPUT_COUNT; n++)
         wire[INPUT_MISC + n] = input(misc[n]);
@@ -157,6 +157,7 @@ struct machine_board board_machine(void) {
         .home_axes = BOARD_HOME_AXES,
         .motors_wake_us = 1000, /* what the slowest of common drivers want */
         .outputs = outputs_wired(),
+        .toolsetter = PIN_TOOLSETTER != NO_PIN,
         .digital_inputs = BOARD_MISC_IN_COUNT,
         .digital_outputs = BOARD_MISC_OUT_COUNT,
     };

@@ -3,6 +3,7 @@
 #include "hal/chip_hal.h"
 
 #include "hal/hal.h"
+#include "hal/step_engine.h"
 
 uint32_t hal_time_us(const struct hal *hal) {
     (void)hal;
@@ -16,8 +17,8 @@ void hal_estop(struct hal *hal, bool invert, uint16_t dark) {
         hal_step_duty(&hal->step, dark);
 }
 
-void hal_probe_watch(struct hal *hal, bool high) {
-    bool pin_high = high != hal->inputs.wire[INPUT_PROBE].active_high;
-    if (hal->step.probe_mask != 0)
-        hal->step.probe_level = pin_high ? hal->step.probe_mask : 0;
+void hal_probe_watch(struct hal *hal, enum hal_probe probe, bool high) {
+    const struct input_wire *wire =
+        &hal->inputs.wire[probe == HAL_TOOLSETTER ? INPUT_TOOLSETTER : INPUT_PROBE];
+    step_engine_watch(&hal->step, wire->pin, high != wire->active_high);
 }

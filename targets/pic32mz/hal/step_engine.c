@@ -24,11 +24,11 @@ static uint32_t rounded_up(uint32_t ns, uint32_t unit_ns) {
     return (ns + unit_ns - 1u) / unit_ns;
 }
 
-static void set_probe(struct hal_step *hal, uint8_t pin) {
-    bool has_probe = pin != NO_PIN;
-    hal->probe_in = &SFR(PORT_ADDRESS(has_probe ? pin / PORT_WIDTH : 0u));
-    hal->probe_mask = has_probe ? 1u << pin % PORT_WIDTH : 0;
-    hal->probe_level = NO_PROBE_LEVEL;
+void step_engine_watch(struct hal_step *hal, uint8_t pin, bool high) {
+    const bool wired = pin != NO_PIN;
+    hal->probe_in = &SFR(PORT_ADDRESS(wired ? pin / PORT_WIDTH : 0u));
+    hal->probe_mask = wired ? 1u << pin % PORT_WIDTH : 0;
+    hal->probe_level = !wired ? NO_PROBE_LEVEL : high ? hal->probe_mask : 0;
 }
 
 bool step_engine_init(struct hal_step *hal, const struct step_engine_board *board) {
@@ -37,7 +37,7 @@ bool step_engine_init(struct hal_step *hal, const struct step_engine_board *boar
     hal->board = board;
     hal->dir_setup_counts = rounded_up(board->dir_setup_ns, COUNT_NS);
     step_engine_set_pulse(hal, board->step_pulse_ns);
-    set_probe(hal, board->probe_pin);
+    step_engine_watch(hal, NO_PIN, false);
     SFR(T4CON_ADDRESS) = 0; /* PBCLK3, prescaler 1:1, 16 bits */
     OC1CON = 0;
     OC1R = 1;

@@ -11,16 +11,19 @@ struct step_engine_board {
     struct gang gang;
     uint8_t step_pin[AXIS_COUNT], dir_pin[AXIS_COUNT]; /* of the motors; NO_PIN: no such motor */
     uint8_t step_low, dir_low;                         /* motors whose lines the board calls active low */
-    uint8_t probe_pin;                                 /* NO_PIN: no probe */
     uint32_t step_pulse_ns, dir_setup_ns;
 };
 
-/** [start] Tables, timer and probe; nothing runs yet. @param board  outlives this @return false: a pin is
+/** [start] Tables and timer; nothing runs yet. @param board  outlives this @return false: a pin is
  * impossible */
 bool step_engine_init(struct hal_step *hal, const struct step_engine_board *board);
 
 /** [start, interrupts off] From now on the timer's interrupts move this. */
 void step_engine_attach(struct step *step);
+
+/** [task, while the interrupt looks at no probe] hal_step_probe() is true while this pin has this level;
+ * NO_PIN: never. */
+void step_engine_watch(struct hal_step *hal, uint8_t pin, bool high);
 
 /** [task, at rest] Length of a step pulse, and of the pause behind it. */
 void step_engine_set_pulse(struct hal_step *hal, uint32_t step_pulse_ns);

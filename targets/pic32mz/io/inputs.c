@@ -9,7 +9,6 @@
 #include "machine/machine.h"
 
 #define OFF_COUNTS (CLOCK_COUNT_HZ / 200u) /* 5 ms */
-#define PROBE      (1u << INPUT_PROBE)
 
 static struct inputs *attached;
 
@@ -94,12 +93,13 @@ void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT
         inputs->active_low |= (wire[input].active_high ? 0u : 1u) << input;
     }
     inputs->misc = inputs->misc_raw = read_misc(inputs);
-    inputs_set_levels(inputs, false, false);
+    inputs_set_levels(inputs, false, false, false);
 }
 
-void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_invert) {
+void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_invert, bool toolsetter_invert) {
     uint32_t held = interrupts_hold();
-    inputs->inverted = (limit_invert ? INPUT_SWITCHES : 0) | (probe_invert ? PROBE : 0);
+    inputs->inverted = (limit_invert ? INPUT_SWITCHES : 0) | (probe_invert ? 1u : 0u) << INPUT_PROBE |
+                       (toolsetter_invert ? 1u : 0u) << INPUT_TOOLSETTER;
     /* From the levels as they are: a changed polarity is not an edge. */
     inputs->raw = inputs->stable = read_pins(inputs);
     inputs->since_count = system_count();
@@ -132,12 +132,14 @@ void inputs_sample(struct inputs *inputs) {
     interrupts_restore(held);
 }
 
-/* As the pin is now: a probe that closes between two samples is closed. */
-static bool probe_is_on(const struct inputs *inputs) {
-    uint8_t pin = inputs->wire[INPUT_PROBE].pin;
+/* As the pin is now: a probe that closes between two samples is closed. @return its level as $6 or $72 has it
+ */
+static bool probe_level(const struct inputs *inputs, unsigned input) {
+    const uint8_t pin = inputs->wire[input].pin;
+    const uint32_t bit = 1u << input;
     uint32_t high = pin == NO_PIN ? 0 : SFR(PORT_ADDRESS(pin_port(pin))) & pin_bit(pin);
-    uint32_t on = (high != 0 ? PROBE : 0) ^ inputs->active_low ^ inputs->inverted;
-    return (on & inputs->wired & PROBE) != 0;
+    uint32_t on = (high != 0 ? bit : 0) ^ inputs->active_low ^ inputs->inverted;
+    return ((on & inputs->wired & bit) != 0) == ((inputs->inverted & bit) != 0);
 }
 
 /* Levels as $5 has them. */
@@ -150,7 +152,8 @@ void inputs_read(const struct inputs *inputs, struct hal_inputs *out) {
     *out = (struct hal_inputs){
         .switches = levels_of(inputs, on),
         .pins = levels_of(inputs, inputs->raw),
-        .probe = probe_is_on(inputs) == ((inputs->inverted & PROBE) != 0),
+        .probe = probe_level(inputs, INPUT_PROBE),
+        .toolsetter = probe_level(inputs, INPUT_TOOLSETTER),
         .estop = (on >> INPUT_ESTOP & 1) != 0,
         .digital = inputs->misc,
     };

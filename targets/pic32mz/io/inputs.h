@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * Limits, home switches, probe and e-stop: edge interrupts, and a sample every ms that ends their bouncing;
+ * Limits, home switches, probes and e-stop: edge interrupts, and a sample every ms that ends their bouncing;
  * the inputs of M66: the sample.
  *
  * A switch that stops the machine is on at its first edge, whatever noise follows, and off when all of them
@@ -35,8 +35,8 @@ struct inputs {
  */
 void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT], const struct gang *gang);
 
-/** [task] $5 and $6: at which level limits, home switches and probe are on. */
-void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_invert);
+/** [task] $5, $6 and $72: at which level limits, home switches, probe and tool setter are on. */
+void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_invert, bool toolsetter_invert);
 
 /** [start, interrupts off] From now on edges interrupt, and `machine` gets them. */
 void inputs_attach(struct inputs *inputs, struct machine *machine);

@@ -154,7 +154,8 @@ void hal_switch_timer_start(struct hal *hal, uint32_t us) {
     (void)us;
 }
 
-void hal_probe_watch(struct hal *hal, bool high) {
+void hal_probe_watch(struct hal *hal, enum hal_probe probe, bool high) {
     (void)hal;
+    (void)probe;
     (void)high;
 }

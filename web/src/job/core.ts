@@ -123,6 +123,7 @@ const BOARD_FIELDS: readonly HostField[] = [
   "encoder",
   "analog",
   "home_axes",
+  "toolsetter",
 ];
 
 /** WASI's "no such file": none exist, the core opens none and asks for no time. */

@@ -30,7 +30,7 @@ const LOG_LINES = 500;
 /** A board that starts when its port is opened says something within this time. */
 const FIRST_WORD_MS = 6000;
 
-const HELD = new Set(["Hold", "Door"]);
+const HELD = new Set(["Hold", "Tool", "Door"]);
 const MOVING = new Set(["Run", "Jog", "Home"]);
 /** States in which Grbl answers every question. */
 const ANSWERS_IN = new Set(["Idle", "Alarm"]);

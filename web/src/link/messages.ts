@@ -1,7 +1,7 @@
 /** What a Grbl 1.1 controller says, line by line. Pure. A line that fits no form is "other", never an error. */
 
 export interface Status {
-  /** Idle Run Hold Jog Alarm Door Check Home Sleep */
+  /** Idle Run Hold Tool Jog Alarm Door Check Home Sleep */
   state: string;
   substate: number | null;
   mpos: number[] | null;

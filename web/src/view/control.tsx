@@ -184,6 +184,7 @@ const LAMPS: readonly [string, string][] = [
   ["H", "Hold input"],
   ["R", "Reset input"],
   ["S", "Start input"],
+  ["T", "M1 stops"],
 ];
 
 function Lamps(): JSX.Element {

@@ -27,6 +27,7 @@ const STATE_KIND: Record<string, string> = {
   Home: "busy",
   Check: "busy",
   Hold: "warn",
+  Tool: "warn",
   Door: "warn",
   Sleep: "warn",
   Alarm: "bad",
@@ -66,7 +67,7 @@ function StateChip(): JSX.Element {
 }
 
 /** States in which a motion continues or waits. */
-const UNDER_WAY = new Set(["Run", "Hold", "Door", "Jog", "Home"]);
+const UNDER_WAY = new Set(["Run", "Hold", "Tool", "Door", "Jog", "Home"]);
 
 function isUnderWay(): boolean {
   return job.active.value || UNDER_WAY.has(controller.state.value);
@@ -164,7 +165,7 @@ function Safety(): JSX.Element {
         Hold
       </Button>
       <Button
-        kind={state === "Hold" || state === "Door" ? "primary" : "plain"}
+        kind={state === "Hold" || state === "Tool" || state === "Door" ? "primary" : "plain"}
         icon="play"
         disabled={!on}
         title="Resume after a hold, a door or M0 (~)"
