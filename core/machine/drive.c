@@ -111,6 +111,6 @@ bool drive_rest_reached(struct machine *machine) {
         return host_queue_is_empty(&machine->host.queue) && machine_is_standing(machine);
     if (machine_is_at_rest(machine))
         return true;
-    motion_flush(&machine->drive.motion);
+    motion_end(&machine->drive.motion);
     return false;
 }

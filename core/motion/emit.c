@@ -506,14 +506,17 @@ static bool path_is_closed(const struct path *path) {
     return path->knots[path->newest & (KNOT_RING - 1)].stop && !path->may_go_on && path_pending(path) == 0;
 }
 
-/* Later moves cannot change what comes next. */
+/* Later moves cannot change what comes next: all pieces of a segment, where their sender keeps up; or not
+ * much, while those that there are are few. */
 static bool is_firm(const struct emit *emit) {
     const struct plan *plan = emit->plan;
     if (dwells(emit) && travel_ends(emit))
         return false;
     if (emit->hold || path_count(&plan->path) == 0 || (path_is_closed(&plan->path) && !plan->reduce.open))
         return true;
-    return (int32_t)(plan->timing.settled - plan->path.tail) > 0 || !emit_wants_more(emit);
+    if (plan_is_long(plan))
+        return plan_is_final(plan, plan->timing.step / 2);
+    return plan_is_final(plan, 0) || !emit_wants_more(emit);
 }
 
 static uint32_t reach_us(const void *ctx) {

@@ -131,12 +131,22 @@ static void plan_set_override(struct plan *plan, float feed, float rapid) {
     plan->timing.whole = true;
 }
 
+/* When regular passes are made. What is not `reach` is for moves that wait for others, and for pieces that
+ * may have to be travelled again. */
+static struct timing timing_of(uint32_t look_ahead) {
+    uint32_t step = 1;
+    while (2 * step * PLAN_FRESH <= look_ahead)
+        step *= 2;
+    return (struct timing){.step = step, .reach = look_ahead / 8 * 5};
+}
+
 /* ---- the room's door ---- */
 
 void motion_init(struct motion *motion, const struct motion_limits *limits, uint32_t look_ahead,
                  uint32_t laser_marks) {
     const int32_t zero[AXIS_COUNT] = {0};
-    motion->plan = (struct plan){.look_ahead = look_ahead, .power.most = laser_marks};
+    motion->plan =
+        (struct plan){.look_ahead = look_ahead, .timing = timing_of(look_ahead), .power.most = laser_marks};
     motion->newest_us = motion->oldest_us = 0;
     motion->waits = motion->works = false;
     motion->queue.published = motion->queue.answered = 0;
@@ -205,11 +215,19 @@ void motion_gear(struct motion *motion, const struct gear_path *path) {
     emit_gear(&motion->emit, path);
 }
 
-void motion_flush(struct motion *motion) {
+static void flush(struct motion *motion, bool may_go_on) {
     motion->emit.flush = true;
     motion->emit.ran_dry = false;
     motion->plan.path.slack_mm = slack_mm(motion);
-    plan_end(&motion->plan, true);
+    plan_end(&motion->plan, may_go_on);
+}
+
+void motion_flush(struct motion *motion) {
+    flush(motion, true);
+}
+
+void motion_end(struct motion *motion) {
+    flush(motion, false);
 }
 
 static bool rests_at_place(const struct emit *emit) {
@@ -235,7 +253,8 @@ static bool is_waiting(const struct motion *motion, uint32_t now_us) {
 static void plan_more(struct motion *motion, uint32_t now_us) {
     struct plan *plan = &motion->plan;
     if (!plan_is_pending(plan) || ahead_left_us(&motion->ahead) >= (int32_t)(AHEAD_NEAR_US / 2) ||
-        !emit_wants_more(&motion->emit) || plan_free(plan) == 0 || motion_end_is_pending(motion))
+        plan_is_long(plan) || !emit_wants_more(&motion->emit) || plan_free(plan) == 0 ||
+        motion_end_is_pending(motion))
         return;
     plan->path.slack_mm = slack_mm(motion);
     if (is_paused(motion, now_us))
@@ -248,13 +267,27 @@ static void plan_more(struct motion *motion, uint32_t now_us) {
 #define PIECES_AT_ONCE 6u
 #define PIECES_AHEAD   32u
 
+static bool rests_for_good(const struct motion *motion) {
+    return rests_at_place(&motion->emit) && !motion->ahead.pending;
+}
+
+/* A backward pass is to be made. One that is not regular only where motion needs it soon: else what comes
+ * next would depend on when it was made. */
+static bool wants_pass(const struct motion *motion) {
+    if (plan_has_pass(&motion->plan))
+        return true;
+    if (plan_is_timed(&motion->plan, PIECES_AHEAD) || motion->waits)
+        return false;
+    return ahead_left_us(&motion->ahead) < (int32_t)AHEAD_LEAST_US || rests_for_good(motion);
+}
+
 /* The plan's timing is as good as it can be, or must do: a hold does not need it, and where motion is needed
  * now the emitter itself looks at all the rest. @return false: call again */
 static bool is_timed(struct motion *motion) {
-    if (plan_is_timed(&motion->plan, PIECES_AHEAD))
+    if (!wants_pass(motion))
         return true;
-    bool rests = rests_at_place(&motion->emit) && !motion->ahead.pending;
-    if (!rests && (motion->emit.hold || ahead_left_us(&motion->ahead) < (int32_t)AHEAD_BRANCH_US))
+    bool late = motion->emit.hold || ahead_left_us(&motion->ahead) < (int32_t)AHEAD_BRANCH_US;
+    if (late && !rests_for_good(motion))
         return true;
     (void)plan_time(&motion->plan, PIECES_AT_ONCE);
     return false;

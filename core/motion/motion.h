@@ -69,6 +69,9 @@ void motion_gear(struct motion *motion, const struct gear_path *path);
 /** Nothing follows for now: do not wait for more look-ahead. Cleared by the next motion_line(). */
 void motion_flush(struct motion *motion);
 
+/** The same, and whatever follows begins at rest. */
+void motion_end(struct motion *motion);
+
 /** Publish motion. @return true when anything was. Never blocks. */
 bool motion_poll(struct motion *motion, uint32_t now_us);
 

@@ -21,8 +21,9 @@
 /** Most pieces that one chord can become. */
 #define PLAN_BURST 3u
 
-/** A backward pass looks at many pieces. Where nothing is settled it waits until 1/PLAN_FRESH of those ahead
- * is new, when there are PLAN_MANY. */
+/** A backward pass looks at many pieces. A regular one sees a multiple of 1/PLAN_FRESH of the look-ahead
+ * (less, if that is no power of two). Where motion needs one that sees less, it waits until 1/PLAN_FRESH of
+ * the pieces ahead is new, when there are PLAN_MANY. */
 #define PLAN_FRESH 8u
 #define PLAN_MANY  16u
 
@@ -69,8 +70,34 @@ static inline bool plan_is_empty(const struct plan *plan) {
     return path_count(&plan->path) == 0 && !plan_is_pending(plan);
 }
 
-/** The limits on y are those of all that is planned, or of all but its newest 1/PLAN_FRESH, or the `margin`
- * pieces that are next do not need it. */
+/** All that has come so far is pieces, and they end at rest. */
+static inline bool plan_has_ended(const struct plan *plan) {
+    return !plan_is_pending(plan) && plan->path.knots[plan->path.newest & (KNOT_RING - 1)].stop;
+}
+
+/** Later moves change nothing of the next so many pieces, however early or late they come. */
+static inline bool plan_is_final(const struct plan *plan, uint32_t pieces) {
+    return (int32_t)(plan->timing.settled - plan->path.tail - pieces) > 0;
+}
+
+/** There are so many pieces ahead that a sender which keeps up will bring the rest in time. */
+static inline bool plan_is_long(const struct plan *plan) {
+    return path_count(&plan->path) * 2 >= plan->timing.reach;
+}
+
+/** A backward pass is under way, or one is to be made whatever motion needs: all limits are new, a regular
+ * one, or the last one before a rest. */
+static inline bool plan_has_pass(const struct plan *plan) {
+    const struct timing *timing = &plan->timing;
+    const struct path *path = &plan->path;
+    if (timing->whole || path->changed || timing->pass.runs)
+        return true;
+    uint32_t differs = path->head ^ timing->known;
+    return differs >= timing->step || (differs != 0 && plan_has_ended(plan));
+}
+
+/** The limits on y are those of all that is planned, or of all but its newest 1/PLAN_FRESH, or the next
+ * `margin` pieces do not need it. */
 static inline bool plan_is_timed(const struct plan *plan, uint32_t margin) {
     const struct timing *timing = &plan->timing;
     const struct path *path = &plan->path;
@@ -78,10 +105,11 @@ static inline bool plan_is_timed(const struct plan *plan, uint32_t margin) {
     bool much = fresh * PLAN_FRESH > count || (fresh > 0 && count < PLAN_MANY);
     if (timing->whole || path->changed || timing->pass.runs)
         return false;
-    return !much || (int32_t)(timing->settled - path->tail - margin) > 0;
+    return !much || plan_is_final(plan, margin);
 }
 
-/** Make them so. @param most  pieces that may be looked at now @return false: more are left, call again */
+/** A backward pass: the next regular one, or one of what there is.
+ * @param most  pieces that may be looked at now @return false: more are left, call again */
 static inline bool plan_time(struct plan *plan, uint32_t most) {
     plan->timing.whole = plan->timing.whole || plan->path.changed;
     plan->path.changed = false;

@@ -94,7 +94,8 @@ static bool find_blend(const struct path *path, struct piece *piece, const struc
     vec u0 = 2.0f * piece->unit * inverse, du = (next->unit - piece->unit) * inverse;
     struct half half = {.bend = 2.0f * du, .start = u0 + du, .end = u0 + 4.0f * du};
     bool first_settled, second_settled;
-    float middle_y = greatest_start(&half, next->enter_y, min_f(cap, next_cap), &second_settled);
+    float middle_cap = min_f(min_f(cap, next_cap), piece->bend_sq);
+    float middle_y = greatest_start(&half, next->enter_y, middle_cap, &second_settled);
     piece->middle_y = max_f(piece->middle_y, middle_y);
     half.start = u0;
     half.end = u0 + 3.0f * du;
@@ -107,14 +108,23 @@ static bool find_blend(const struct path *path, struct piece *piece, const struc
 }
 
 static void begin(struct timing *timing, const struct path *path) {
+    uint32_t head = timing_next_head(timing);
+    if (timing->whole || (int32_t)(path->head - head) < 0)
+        head = path->head;
     if (timing->whole)
         timing->settled = path->tail;
-    timing->pass = (struct timing_pass){.runs = true,
-                                        .whole = timing->whole,
-                                        .head = path->head,
-                                        .at = path->head,
-                                        .settled = timing->settled};
+    timing->pass = (struct timing_pass){
+        .runs = true, .whole = timing->whole, .head = head, .at = head, .settled = timing->settled};
     timing->whole = false;
+}
+
+/* What later regular passes leave alone is settled, too. */
+static void end(struct timing *timing) {
+    timing->pass.runs = false;
+    timing->known = timing->pass.head;
+    uint32_t left_alone = timing_next_head(timing) - timing->reach;
+    bool farther = (int32_t)(left_alone - timing->pass.settled) > 0;
+    timing->settled = farther ? left_alone : timing->pass.settled;
 }
 
 /* One piece. @return whether those before it stay as they are */
@@ -141,6 +151,8 @@ static bool look(struct timing *timing, struct path *path) {
         pass->settled = i;
     }
     enter_y = min_f(enter_y, enter_cap);
+    if (!pass->whole && (int32_t)(i - timing->settled) <= 0)
+        return true;
     bool seen = !pass->whole && (int32_t)(timing->known - i) > 1;
     if (seen && enter_y <= piece->enter_y * (1.0f + CLOSE))
         return true;
@@ -159,8 +171,6 @@ bool timing_backward(struct timing *timing, struct path *path, uint32_t most) {
         if (look(timing, path))
             break;
     }
-    pass->runs = false;
-    timing->known = pass->head;
-    timing->settled = pass->settled;
+    end(timing);
     return true;
 }

@@ -31,9 +31,11 @@ struct timing_pass {
     float next_cap;   /* limit of y on the piece at `at` */
 };
 
-/** Overrides, as factors of v^2. */
+/* A regular pass sees the pieces below a multiple of `step`, and leaves alone what is `reach` before that. So
+ * what a piece has in the end does not depend on when moves came and when passes were made. */
 struct timing {
-    float feed_sq, rapid_sq; /* 1 = 100 % */
+    float feed_sq, rapid_sq; /* overrides, as factors of v^2: 1 = 100 % */
+    uint32_t step, reach;    /* pieces; step: a power of two */
     uint32_t known;          /* pieces below this index were seen by the last pass */
     uint32_t settled;        /* whatever follows, enter_y of this piece, and all before, stays as it is */
     bool whole;              /* limits changed: what is known is not the greatest, or more than that */
@@ -48,10 +50,16 @@ static inline float timing_limit_sq(const struct timing *timing, const struct pi
     return min_f(asked_sq, piece->limit_sq);
 }
 
+/** What the next regular pass sees: the pieces below this index. */
+static inline uint32_t timing_next_head(const struct timing *timing) {
+    return (timing->known & ~(timing->step - 1u)) + timing->step;
+}
+
 /** From the newest piece, at whose blend the machine must be able to stop, back to the oldest that may have
  * to be travelled again: set enter_y, blend_y and middle_y to the greatest y from which all that follows can
- * be kept. Ends as soon as nothing changes. What a pass that is under way has not come to is as before:
- * slower than it might be, or, with lower limits, too fast for those alone.
+ * be kept. Ends as soon as nothing changes, or where all is settled. The newest piece is that of the next
+ * regular pass, if there are as many, or else the newest of all. What a pass that is under way has not come
+ * to is as before: slower than it might be, or, with lower limits, too fast for those alone.
  *  @param most  pieces that it may look at now @return false: more are left, call again */
 bool timing_backward(struct timing *timing, struct path *path, uint32_t most);
 

@@ -454,6 +454,10 @@ void host_stall_randomly(struct host *host, const struct host_random_stalls *sta
     tasks_stall_randomly(&host->tasks, stalls, host->hal.step.now_ticks);
 }
 
+void host_look_each(struct host *host, uint32_t period_us) {
+    tasks_look_each(&host->tasks, period_us);
+}
+
 uint64_t host_next_ticks(struct host *host) {
     struct tasks *tasks = &host->tasks;
     uint64_t now = host->hal.step.now_ticks;

@@ -132,6 +132,9 @@ struct host_random_stalls {
 };
 void host_stall_randomly(struct host *host, const struct host_random_stalls *stalls);
 
+/** [tests] From now on the controller looks only so often. @param period_us  > 0 */
+void host_look_each(struct host *host, uint32_t period_us);
+
 /** When it will continue by itself, now at the earliest; UINT64_MAX: never without input. */
 uint64_t host_next_ticks(struct host *host);
 

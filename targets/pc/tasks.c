@@ -33,6 +33,11 @@ void tasks_init(struct tasks *tasks, uint8_t of, uint32_t timer_hz) {
     }
 }
 
+void tasks_look_each(struct tasks *tasks, uint32_t period_us) {
+    tasks->wakes_on_step = false;
+    set_task(tasks, HOST_CONTROLLER, period_us, 0);
+}
+
 /* ---- stalls ---- */
 
 /* The next one of the random stalls. Short ones are as frequent as long ones: each octave has its share. */

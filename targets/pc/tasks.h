@@ -40,6 +40,9 @@ struct tasks {
 /** @param of  enum host_tasks_of */
 void tasks_init(struct tasks *tasks, uint8_t of, uint32_t timer_hz);
 
+/** The controller has a period of its own from now on. */
+void tasks_look_each(struct tasks *tasks, uint32_t period_us);
+
 /** Keep a side from looking. @return false: TASKS_STALLS_MAX are waiting */
 bool tasks_stall(struct tasks *tasks, const struct task_stall *stall, uint64_t now_ticks);
 void tasks_stall_randomly(struct tasks *tasks, const struct host_random_stalls *stalls, uint64_t now_ticks);

@@ -129,6 +129,10 @@ class Host:
     def stall_often(self, rng: random.Random, sides: Sequence[stalls.Side], count: int = 30) -> None:
         stalls.stall_often(LIB, self._host, rng, sides, self.timer_hz, count)
 
+    def look_each(self, seconds: float) -> None:
+        """From now on the controller looks only so often."""
+        LIB.host_look_each(self._host, round(seconds * 1e6))
+
     def counters(self) -> HostCounters:
         counters = HostCounters()
         LIB.host_counters(self._host, ctypes.byref(counters))
@@ -179,6 +183,18 @@ class Host:
             self._hear()
             if wait == HOST_IDLE and at == len(data):
                 return self._result()
+
+    def paced(self, program: str, bytes_per_ms: int) -> Run:
+        """The same from a sender that has so many bytes each millisecond."""
+        data = program.encode("latin-1")
+        self.start("")
+        sent = taken = 0
+        while taken < len(data):
+            sent = min(len(data), sent + bytes_per_ms)
+            taken += LIB.host_write(self._host, data[taken:sent], sent - taken)
+            self.wait(0.001)
+            self._hear()
+        return self.settle()
 
     def _result(self) -> Run:
         position = (ctypes.c_int32 * AXES)()
