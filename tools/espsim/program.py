@@ -106,7 +106,8 @@ def pins_of(board: Board, kind: str) -> list[int]:
 def step_events(edges: list[tuple[int, int, int]], board: Board) -> NDArray[np.int64]:
     axis_of = {pin: axis for axis, pin in enumerate(pins_of(board, "step"))}
     direction_of = {pin: axis for axis, pin in enumerate(pins_of(board, "dir"))}
-    directions, found = 0, []
+    found: list[list[int]] = []
+    directions = 0
     for cycle, pin, level in edges:
         if pin in direction_of:
             bit = 1 << direction_of[pin]
