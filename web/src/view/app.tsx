@@ -6,6 +6,7 @@ import { ControlTab } from "./control";
 import { Header, Notices } from "./header";
 import { JobTab } from "./job";
 import { Icon, type IconName } from "./parts";
+import { SettingsTab } from "./settings";
 import { TerminalTab } from "./terminal";
 
 interface Tab {
@@ -34,11 +35,10 @@ function later(load: () => Promise<() => JSX.Element>): () => JSX.Element {
   };
 }
 
-const SettingsTab = later(async () => (await import("./settings")).SettingsTab);
-const PinsTab = later(async () => (await import("./pins")).PinsTab);
-const NetworkTab = later(async () => (await import("./network")).NetworkTab);
-const InOutTab = later(async () => (await import("./inout")).InOutTab);
-const InstallTab = later(async () => (await import("./install")).InstallTab);
+const PinsTab = later(async () => (await import("./setup")).PinsTab);
+const NetworkTab = later(async () => (await import("./setup")).NetworkTab);
+const InOutTab = later(async () => (await import("./setup")).InOutTab);
+const InstallTab = later(async () => (await import("./setup")).InstallTab);
 
 const TABS: readonly Tab[] = [
   { id: "control", title: "Control", icon: "control", view: ControlTab },

@@ -209,7 +209,7 @@ function PositionTools(): JSX.Element {
       <Button size="small" title={`Give ${current} a name, for this browser`} onClick={() => (names.value = true)} testId="name-system">
         Name
       </Button>
-      <Button size="small" pressed={isLarge.value} title="Positions over the whole width, to be read from afar" onClick={() => (isLarge.value = !isLarge.value)} testId="large">
+      <Button size="small" pressed={isLarge.value} title="Positions over the whole width" onClick={() => (isLarge.value = !isLarge.value)} testId="large">
         Large
       </Button>
       {names.value && <NameDialog system={current} onClose={() => (names.value = false)} />}
@@ -231,7 +231,7 @@ function NameDialog({ system, onClose }: { system: string; onClose: () => void }
           onClose();
         }}
       >
-        <Field label="Name" hint="For example “Vise” or “Fence left”. It is kept in this browser; the controller has the offsets only.">
+        <Field label="Name" hint="Stored in this browser.">
           <input class="input" maxLength={NAME_LENGTH} value={name.value} onInput={(event) => (name.value = event.currentTarget.value)} data-test="system-name" />
         </Field>
         <div class="row">

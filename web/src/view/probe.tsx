@@ -34,32 +34,32 @@ const WIZARDS: readonly Wizard[] = [
   {
     cycle: "plate",
     title: "Z plate",
-    begin: "Put the plate on the work, and jog the tool to a few mm above it. Z becomes the thickness of the plate at the contact; 0 for the bare work.",
+    begin: "Put the plate on the work, and jog the tool to a few mm above it. Thickness 0: the bare work.",
     fields: ["thickness_mm", "reach_mm", "feed_mm_min"],
   },
   {
     cycle: "corner",
     title: "Corner",
     begin:
-      "Put the plate over the corner, and jog the tool to a few mm above it, inside of both edges. It touches the top, then goes out over each edge, down, and back against it.",
+      "Put the plate over the corner, and jog the tool to a few mm above it, inside of both edges. It touches the top, then each side.",
     fields: ["thickness_mm", "wall_mm", "tool_mm", "out_mm", "down_mm", "reach_mm", "feed_mm_min"],
   },
   {
     cycle: "hole",
     title: "Centre of a hole",
-    begin: "Jog the tool or the probe into the hole, below its edge and near its middle. X and Y become 0 in the middle.",
+    begin: "Jog the tool or the probe into the hole, below its edge and near its middle.",
     fields: ["reach_mm", "feed_mm_min"],
   },
   {
     cycle: "boss",
     title: "Centre of a boss",
-    begin: "Jog the tool to above the middle of the boss, a few mm clear of it. X and Y become 0 in the middle. The space around it must be free.",
+    begin: "Jog the tool to above the middle of the boss, a few mm clear of it. The space around it must be free.",
     fields: ["width_mm", "tool_mm", "out_mm", "down_mm", "reach_mm", "feed_mm_min"],
   },
   {
     cycle: "edge",
     title: "Edge",
-    begin: "Jog the tool to a few mm next to the edge, below the top of the work. The axis becomes 0 at the edge.",
+    begin: "Jog the tool to a few mm next to the edge, below the top of the work.",
     fields: ["tool_mm", "wall_mm", "reach_mm", "feed_mm_min"],
   },
 ];
@@ -200,7 +200,7 @@ function useProbeTest(): boolean {
 
 function ProbeTest({ tested }: { tested: boolean }): JSX.Element {
   const on = isTouching();
-  const text = on ? "In contact: take the plate off the tool." : tested ? "The probe works." : "Touch the tool with the plate now, and take it away: a probe that is not connected would drive the tool into the work.";
+  const text = on ? "In contact: take the plate off the tool." : tested ? "The probe works." : "Touch the tool with the plate now, and take it away.";
   return (
     <div class="row small" role="status" data-test="probe-test">
       <span class={`lamp ${on ? "on" : ""}`}>Probe</span>

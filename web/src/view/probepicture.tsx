@@ -1,21 +1,13 @@
-/** What a probing cycle does, as a picture: the plate from the side, all others from above. */
+/** What a probing cycle does, as a picture: the plate from the side, all others from above. The text next to it has the same. */
 import type { ComponentChildren, JSX } from "preact";
 import type { Cycle, ProbeValues } from "../link/probing";
-
-const ABOUT: Readonly<Record<Cycle, string>> = {
-  plate: "Side view: the tool goes down on a plate on the work",
-  corner: "View from above: the tool goes against both edges of a corner",
-  hole: "View from above: the tool goes against the wall of a hole on four sides",
-  boss: "View from above: the tool goes against a boss from four sides",
-  edge: "View from above: the tool goes against one edge",
-};
 
 export function ProbePicture({ cycle, values }: { cycle: Cycle; values: ProbeValues }): JSX.Element {
   const { side, edge } = values;
   const mirrored = cycle === "corner" ? `scale(${-side.X} ${-side.Y})` : "";
   const turned = cycle === "edge" ? (edge === "X" ? `scale(${-side.X} 1)` : `rotate(${side.Y < 0 ? -90 : 90})`) : "";
   return (
-    <svg class="probe-picture" viewBox="-60 -60 120 120" role="img" aria-label={ABOUT[cycle]}>
+    <svg class="probe-picture" viewBox="-60 -60 120 120" aria-hidden="true">
       <g transform={mirrored || turned || undefined}>{DRAWN[cycle]}</g>
     </svg>
   );
