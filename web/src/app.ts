@@ -23,17 +23,23 @@ export const noLines = computed(() => {
   if (!controller.connected.value) return "Connect to a controller first.";
   if (controller.locked.value) return "This controller is locked: log in with its access key.";
   if (!controller.commands.value) return "Another client is in control of this controller.";
+  if (controller.operates.value) return "";
   if (job.active.value) return "A job is running: stop it, or wait until it is finished.";
   if (HELD.has(controller.state.value)) return "The machine is in a hold: press Resume, or Reset to discard the rest.";
   return "";
 });
 /** The same of what needs a machine at rest: also one in an alarm, and an idle one only. */
 export const noHoming = computed(() => noLines.value || unlessIn("Idle", "Alarm"));
-export const noMotion = computed(() => noLines.value || unlessIn("Idle"));
+export const noMotion = computed(() => noLines.value || (controller.operates.value ? unlessAtRest() : unlessIn("Idle")));
+
+function unlessAtRest(): string {
+  return controller.status.value?.substate === 0 ? "" : "The machine is moving: wait until it rests.";
+}
 
 function unlessIn(...states: string[]): string {
   const state = controller.state.value;
   if (states.includes(state)) return "";
+  if (controller.operates.value) return "A job waits in this hold: press Resume and let it finish, or Reset to discard it.";
   return state === "Alarm" ? "The machine is locked: unlock or home it first." : "The machine is busy: wait until it is idle.";
 }
 
@@ -240,7 +246,7 @@ function storedTheme(): Theme {
 }
 
 /** A browser may forbid storage: then nothing is remembered. */
-function stored(key: string): string | null {
+export function stored(key: string): string | null {
   try {
     return localStorage.getItem(key);
   } catch {
@@ -248,7 +254,7 @@ function stored(key: string): string | null {
   }
 }
 
-function store(key: string, value: string): void {
+export function store(key: string, value: string): void {
   try {
     localStorage.setItem(key, value);
   } catch {

@@ -60,3 +60,38 @@ it("settles everything when the controller starts anew, and takes no answer for 
   expect(kinds).toEqual(["lost", "lost", "lost"]);
   expect(queue.answer(null)).toBe(false);
 });
+
+it("gives the operator's lines of a parked hold their answers before those that wait", () => {
+  const queue = new LineQueue();
+  const answered: string[] = [];
+  const put = (text: string): void => queue.put({ text, settle: ({ kind }) => answered.push(`${text} ${kind}`) });
+  for (const text of ["G1X1", "M0", "G1X2"]) put(text);
+  expect(queue.take()).toBe("G1X1\nM0\nG1X2\n");
+  queue.answer(null);
+  queue.park();
+  expect([queue.idle, queue.hasRoom(5)]).toEqual([true, false]);
+  for (const text of ["$J=G91Z5F500", "G10L20P0Z0", "G38.2Z-5"]) put(text);
+  queue.capacity = "M0 G1X2 $J=G91Z5F500 G10L20P0Z0 ".length;
+  expect(queue.take()).toBe("$J=G91Z5F500\nG10L20P0Z0\n");
+  queue.answer(null);
+  queue.unpark();
+  put("G1X3");
+  expect(queue.take()).toBe("G1X3\n");
+  for (let n = 0; n < 4; n++) queue.answer(null);
+  expect(answered).toEqual(["G1X1 ok", "$J=G91Z5F500 ok", "G38.2Z-5 lost", "G10L20P0Z0 ok", "M0 ok", "G1X2 ok", "G1X3 ok"]);
+  expect(queue.idle).toBe(true);
+});
+
+it("leaves the operator room when a job has filled the buffer", () => {
+  const queue = new LineQueue();
+  queue.capacity = 2047;
+  let size = 0;
+  while (queue.hasRoom(29)) {
+    queue.put({ text: "G".repeat(29), settle: () => {} });
+    size += queue.take().length;
+  }
+  queue.park();
+  queue.put({ text: "$J=G21G91X-12.3456Y-12.3456F10000", settle: () => {} });
+  expect(queue.take()).not.toBe("");
+  expect([size > 1700, size < 1900]).toEqual([true, true]);
+});

@@ -198,3 +198,37 @@ it("knows what was homed, until something may have moved it", async () => {
   expect(controller.homed.value).toBe("");
   await controller.disconnect();
 });
+
+it("sends no line of the job into a parked hold, and the operator's lines get their own answers", async () => {
+  const { board, controller, job } = await connected();
+  job.load(readProgram("a.nc", "G1X1F1000\nM0\nG1X2\nG1X3\nG1X4\nG1X5\nG1X6\n"));
+  job.start();
+  board.says("ok", "<Hold:0|MPos:1.000,0.000,0.000|Ln:1>");
+  await turn();
+  board.heard();
+  controller.realtime("PARK");
+  board.says("[MSG:Parked: jog, probe, set zero; ~ returns to the job]", "<Hold:0|MPos:1.000,0.000,0.000|Ln:1>");
+  await turn();
+  expect([board.heard(), controller.operates.value]).toEqual(["\xa3$G\n", true]); // G1X1 may have changed it
+  board.says("[GC:G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0]", "ok");
+  await turn();
+  const jog = controller.send("$J=G91Z5F500");
+  expect(board.heard()).toBe("$J=G91Z5F500\n");
+  board.says("error:170");
+  await expect(jog).rejects.toThrow("error 170");
+  expect(job.state.value).toBe("running"); // its own line was not refused
+  controller.realtime("RESUME");
+  board.says("[MSG:Not resumed: with the new offsets the job leaves the travel]");
+  expect([controller.parked.value, controller.notParked.value]).toEqual([false, "with the new offsets the job leaves the travel"]);
+  controller.realtime("PARK");
+  board.says("[MSG:Parked: jog, probe, set zero; ~ returns to the job]", "<Hold:0|MPos:1.000,0.000,0.000|Ln:1>");
+  await turn();
+  expect(controller.notParked.value).toBe("");
+  controller.realtime("RESUME");
+  board.heard();
+  board.says("<Run|MPos:1.000,0.000,0.000|Ln:1>", "ok");
+  await turn();
+  expect([controller.parked.value, job.answered.value]).toEqual([false, 2]);
+  expect(board.heard()).toMatch(/^N\d+G1X/);
+  await controller.disconnect();
+});

@@ -10,6 +10,7 @@ import { numbered, type JobLine, type Program } from "./program";
 
 export type JobState = "none" | "ready" | "running" | "stopping" | "done" | "stopped" | "failed" | "lost";
 
+const HELD = new Set(["Hold", "Door"]);
 const AT_REST = new Set(["Idle", "Check"]);
 /** Reports in a row from one place, after which the machine is at rest. */
 const RESTING_REPORTS = 2;
@@ -132,6 +133,7 @@ export class JobRunner {
   /** `$` lines are refused while the machine moves, so they wait until all before them is made. */
   private mayGo(wire: string): boolean {
     const { queue, status } = this.controller;
+    if (HELD.has(status.peek()?.state ?? "")) return false; // the room that is left is the operator's
     if (!wire.startsWith("$")) return queue.hasRoom(wire.length);
     if (!queue.idle) return false;
     this.reportBefore ??= status.peek();

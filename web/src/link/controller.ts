@@ -41,6 +41,9 @@ const LOCKED = /^(Locked: log in|Wrong access key)/;
 const NOT_TAKEN = new Set([180, 181]);
 /** After some alarms the controller takes no commands until it is reset. */
 const TOOL_CHANGE = /^Tool change: T(\d+)/;
+const PARKED = /^Parked:/;
+/** Lines are the job's again, or still: the job cannot be left here, or cannot be resumed with what was set. */
+const NOT_PARKED = /^Not (?:parked|resumed): (.+)$/;
 const NEEDS_RESET = /^Reset to continue/;
 
 const HOMING_CYCLES = TABLES.settings.filter((row) => /^homing_cycle_/.test(row.name)).map((row) => row.number);
@@ -79,6 +82,10 @@ export class Controller {
   readonly needsReset = signal(false);
   /** The program waits for this tool (M6); null: for none. */
   readonly awaitedTool = signal<number | null>(null);
+  /** Lines are the operator's (0xA3 in a hold), until `~` returns to the job. */
+  readonly parked = signal(false);
+  /** Why it did not park, or did not return, the last time; "": it did. */
+  readonly notParked = signal("");
   /** It has started again, and not because this page has reset it. */
   readonly restarted = signal(false);
   /** A homing line is under way: Grbl gives no reports then. */
@@ -99,6 +106,8 @@ export class Controller {
     if (this.alarm.value !== null) return "Alarm";
     return this.homing.value ? "Home" : (this.status.value?.state ?? "");
   });
+  /** A parked hold takes lines: the operator may jog, probe and set offsets. */
+  readonly operates = computed(() => this.parked.value && this.state.value === "Hold");
   readonly axisCount = computed(() => this.machinePosition.value.length);
   readonly machinePosition = computed(() => {
     const status = this.status.value;
@@ -217,13 +226,19 @@ export class Controller {
         const end = (how: () => void): void => queueMicrotask(() => (stop(), how()));
         if (link !== "open") return end(() => reject(new Error("The connection was lost while the machine was moving")));
         if (status === asked || status === null || MOVING.has(status.state)) return undefined;
-        if (status.state !== "Idle") return end(() => reject(new Error(`The machine did not stop: ${status.state}`)));
+        if (this.operates.value && status.substate === 1) return undefined;
+        if (status.state !== "Idle" && !this.operates.value) return end(() => reject(new Error(`The machine did not stop: ${status.state}`)));
         const now = String(status.mpos ?? status.wpos);
         if (now === place) return end(resolve);
         place = now;
         return undefined;
       });
     });
+  }
+
+  /** Ask again now, and leave it out of the terminal: the signals have the answer when this resolves. */
+  async refresh(...questions: readonly Question[]): Promise<void> {
+    for (const question of questions) this.learn(question, await this.ask(question, true));
   }
 
   private ask(text: string, quiet: boolean): Promise<Answer> {
@@ -243,12 +258,34 @@ export class Controller {
 
   /** A byte that acts immediately, by its name. */
   realtime(name: RealtimeName): void {
+    if (name === "RESUME" || name === "PARK") this.notParked.value = "";
+    if (name === "RESUME") this.unpark();
     this.write(Uint8Array.of(TABLES.realtime[name]));
   }
 
   reset(): void {
     this.resetAsked = true;
     this.realtime("RESET");
+  }
+
+  /** A jog and the operator's probing end where they are; a move of an idle machine is held, and discarded at rest. */
+  stopMotion(): void {
+    this.realtime("JOG_CANCEL");
+    if (this.operates.peek()) return;
+    this.realtime("HOLD");
+    const old = this.status.peek(); // from before the hold
+    const end = effect(() => {
+      const [status, link] = [this.status.value, this.link.value];
+      const moves = status !== null && (MOVING.has(status.state) || status.substate === 1);
+      if (link === "open" && (status === old || moves)) return;
+      queueMicrotask(() => end());
+      if (status?.state === "Hold") this.reset();
+    });
+  }
+
+  private unpark(): void {
+    this.parked.value = false;
+    this.queue.unpark();
   }
 
   /** Read all settings, offsets and modes again. */
@@ -281,8 +318,8 @@ export class Controller {
 
   private mayAskNow(): boolean {
     const state = this.state.peek();
-    if (!this.commands.peek() || this.needsReset.peek() || !ANSWERS_IN.has(state) || state === this.refusedIn) return false;
-    return this.queue.idle && this.mayAsk();
+    if (!this.commands.peek() || this.needsReset.peek() || state === this.refusedIn || !this.queue.idle) return false;
+    return this.operates.peek() ? this.status.peek()?.substate === 0 : ANSWERS_IN.has(state) && this.mayAsk();
   }
 
   private learn(text: string, answer: Answer): void {
@@ -316,7 +353,8 @@ export class Controller {
       this.status.value = this.alarm.value = this.awaitedTool.value = null;
       this.settings.value = new Map();
       this.homed.value = "";
-      this.restarted.value = false;
+      this.restarted.value = this.parked.value = false;
+      this.notParked.value = "";
       this.version.value = this.options.value = this.modes.value = "";
     });
     this.doubt(QUESTIONS);
@@ -412,7 +450,8 @@ export class Controller {
     if (!this.resetAsked && !isFirst) this.restarted.value = true;
     this.resetAsked = false;
     this.alarm.value = this.awaitedTool.value = null;
-    this.needsReset.value = this.waitsForReport = false;
+    this.needsReset.value = this.waitsForReport = this.parked.value = false;
+    this.notParked.value = "";
     this.askedAt = 0; // what was reported is old
     this.doubt(QUESTIONS);
     this.queue.forget();
@@ -423,6 +462,7 @@ export class Controller {
     this.waitsForReport = false;
     this.status.value = status;
     if (!HELD.has(status.state)) this.awaitedTool.value = null;
+    if (!HELD.has(status.state) && this.parked.value) this.unpark(); // someone else has resumed it
     if (status.wco) this.takeOffset(status.wco);
     if (status.overrides) {
       this.overrides.value = status.overrides;
@@ -453,6 +493,16 @@ export class Controller {
     if (NEEDS_RESET.test(body)) this.needsReset.value = true;
     const tool = TOOL_CHANGE.exec(body)?.[1];
     if (tool) this.awaitedTool.value = Number(tool);
+    if (PARKED.test(body)) {
+      this.parked.value = true;
+      this.notParked.value = "";
+      this.queue.park();
+    }
+    const notParked = NOT_PARKED.exec(body)?.[1];
+    if (notParked) {
+      this.notParked.value = notParked;
+      this.unpark();
+    }
     if (LOCKED.test(body)) this.locked.value = true;
     if (NOBODY.test(body)) this.role.value = "nobody";
     if (!OBSERVER.test(body) || NOBODY.test(body)) return;

@@ -20,16 +20,41 @@ export type Answer =
 
 /** A controller that does not say how much it takes has Grbl's 128, and one is kept free. */
 export const SMALLEST_BUFFER = 120;
+/** Of a larger buffer, a job leaves this to the operator, whose lines in a parked hold come on top of the job's. */
+const OPERATOR_BYTES = 256;
+const HAS_OPERATOR_BYTES = 512;
+
+interface Sent {
+  line: Queued;
+  size: number;
+  said: string[];
+}
 
 export class LineQueue {
   /** Bytes that may be under way. */
   capacity = SMALLEST_BUFFER;
   private readonly waiting: Queued[] = [];
-  private readonly underWay: { line: Queued; size: number; said: string[] }[] = [];
+  private readonly underWay: Sent[] = [];
+  /** The operator's, in a parked hold: read and answered before all that is under way. */
+  private readonly asideWaiting: Queued[] = [];
+  private readonly aside: Sent[] = [];
+  private isParked = false;
   private bytes = 0;
 
   get idle(): boolean {
-    return this.waiting.length === 0 && this.underWay.length === 0;
+    const isAsideIdle = this.asideWaiting.length === 0 && this.aside.length === 0;
+    return isAsideIdle && (this.isParked || (this.waiting.length === 0 && this.underWay.length === 0));
+  }
+
+  /** From now on lines are the operator's; those under way are answered after the hold. */
+  park(): void {
+    this.isParked = true;
+  }
+
+  /** Lines are the job's again. What the operator has sent is still answered first; what is not sent never goes. */
+  unpark(): void {
+    this.isParked = false;
+    for (const line of this.asideWaiting.splice(0)) line.settle({ kind: "lost" });
   }
 
   /** Lines sent and not yet answered. */
@@ -43,39 +68,42 @@ export class LineQueue {
 
   /** Whether what is heard now belongs to a question of the page itself. */
   get answersQuietly(): boolean {
-    return this.underWay[0]?.line.quiet ?? false;
+    return this.answered?.line.quiet ?? false;
   }
 
   put(line: Queued): void {
-    this.waiting.push(line);
+    (this.isParked ? this.asideWaiting : this.waiting).push(line);
   }
 
   /** Bytes that may be sent now, and from now on count as sent. */
   take(): string {
     let data = "";
-    for (let line = this.waiting[0]; line !== undefined && this.mayGo(line); line = this.waiting[0]) {
-      this.waiting.shift();
+    const [waiting, underWay] = this.isParked ? [this.asideWaiting, this.aside] : [this.waiting, this.underWay];
+    for (let line = waiting[0]; line !== undefined && this.mayGo(line); line = waiting[0]) {
+      waiting.shift();
       const size = line.text.length + 1;
-      this.underWay.push({ line, size, said: [] });
+      underWay.push({ line, size, said: [] });
       this.bytes += size;
       data += `${line.text}\n`;
     }
     return data;
   }
 
-  /** Room for one more line of this length, with nothing waiting before it. */
+  /** Room for one more line of a job, with nothing waiting before it. */
   hasRoom(length: number): boolean {
-    return this.waiting.length === 0 && (this.underWay.length === 0 || this.bytes + length + 1 <= this.capacity);
+    if (this.isParked || this.waiting.length > 0) return false;
+    const capacity = this.capacity > HAS_OPERATOR_BYTES ? this.capacity - OPERATOR_BYTES : this.capacity;
+    return this.underWay.length === 0 || this.bytes + length + 1 <= capacity;
   }
 
   /** A line that is not an answer belongs to the line that is being answered. */
   hear(text: string): void {
-    this.underWay[0]?.said.push(text);
+    this.answered?.said.push(text);
   }
 
   /** "ok", or an error. @returns false when no line is under way: someone else's. */
   answer(code: number | null): boolean {
-    const first = this.underWay.shift();
+    const first = this.aside.shift() ?? this.underWay.shift();
     if (!first) return false;
     this.bytes -= first.size;
     first.line.settle(
@@ -86,13 +114,20 @@ export class LineQueue {
 
   /** The controller was reset or the link is gone: no answers will come. */
   forget(): void {
-    const lost = [...this.underWay.splice(0).map((entry) => entry.line), ...this.waiting.splice(0)];
+    const sent = [...this.aside.splice(0), ...this.underWay.splice(0)].map((entry) => entry.line);
+    const lost = [...sent, ...this.asideWaiting.splice(0), ...this.waiting.splice(0)];
     this.bytes = 0;
+    this.isParked = false;
     for (const line of lost) line.settle({ kind: "lost" });
+  }
+
+  /** The line that the next answer belongs to. */
+  private get answered(): Sent | undefined {
+    return this.aside[0] ?? this.underWay[0];
   }
 
   /** A line longer than the buffer goes alone: the link itself holds it back. */
   private mayGo(line: Queued): boolean {
-    return this.underWay.length === 0 || this.bytes + line.text.length + 1 <= this.capacity;
+    return (this.underWay.length === 0 && this.aside.length === 0) || this.bytes + line.text.length + 1 <= this.capacity;
   }
 }

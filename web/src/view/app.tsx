@@ -1,15 +1,11 @@
 /** The frame: header, tabs, and the tab that is open. */
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
-import { job } from "../app";
+import { fail, job } from "../app";
 import { ControlTab } from "./control";
 import { Header, Notices } from "./header";
-import { InOutTab } from "./inout";
-import { InstallTab } from "./install";
 import { JobTab } from "./job";
-import { NetworkTab } from "./network";
 import { Icon, type IconName } from "./parts";
-import { PinsTab } from "./pins";
 import { SettingsTab } from "./settings";
 import { TerminalTab } from "./terminal";
 
@@ -21,6 +17,28 @@ interface Tab {
   /** Begins a group. */
   apart?: boolean;
 }
+
+/** A tab that comes with its first use: what opens the page stays small. */
+function later(load: () => Promise<() => JSX.Element>): () => JSX.Element {
+  const loaded = signal<(() => JSX.Element) | null>(null);
+  let isLoading = false;
+  return () => {
+    const View = loaded.value;
+    if (View) return <View />;
+    if (!isLoading) {
+      isLoading = true;
+      load()
+        .then((view) => (loaded.value = view), fail)
+        .finally(() => (isLoading = false));
+    }
+    return <p class="soft">Loading</p>;
+  };
+}
+
+const PinsTab = later(async () => (await import("./setup")).PinsTab);
+const NetworkTab = later(async () => (await import("./setup")).NetworkTab);
+const InOutTab = later(async () => (await import("./setup")).InOutTab);
+const InstallTab = later(async () => (await import("./setup")).InstallTab);
 
 const TABS: readonly Tab[] = [
   { id: "control", title: "Control", icon: "control", view: ControlTab },

@@ -2,17 +2,17 @@
 import { signal, useSignal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useLayoutEffect } from "preact/hooks";
-import { attempt, controller, job, noHoming, noLines, noMotion, standing } from "../app";
+import { attempt, controller, job, noLines, noMotion } from "../app";
 import { Jogger, type Direction } from "../link/jog";
-import { planZero, type ZeroFacts } from "../link/zero";
 import { AXES, type RealtimeName } from "../tables";
-import { Button, Card, Check, Dialog, Field, Icon, Progress, Segments, type IconName } from "./parts";
+import { Button, Card, Check, Icon, Progress, Segments, type IconName } from "./parts";
+import { isLarge, PositionCard } from "./position";
+import { ProbeCard } from "./probe";
 
 const jogger = new Jogger(controller);
 const STEPS = [0.01, 0.1, 1, 10, 100] as const;
 /** While held. */
 const HELD = 0;
-const WORK_SYSTEMS = ["G54", "G55", "G56", "G57", "G58", "G59"];
 const FEED_MIN = 10;
 const FEED_USUAL = 1000;
 
@@ -22,198 +22,15 @@ const feed = signal<number>(FEED_USUAL);
 export function ControlTab(): JSX.Element {
   return (
     <div class="columns">
-      <div class="w7 stack">
+      <div class={`${isLarge.value ? "w12" : "w7"} stack`}>
         <PositionCard />
+        <ProbeCard />
         <JobCard />
       </div>
-      <div class="w5 stack">
+      <div class={`${isLarge.value ? "w12" : "w5"} stack`}>
         <JogCard />
         <OverrideCard />
       </div>
-    </div>
-  );
-}
-
-// ---- position ----
-
-function PositionCard(): JSX.Element {
-  const axes = [...AXES.slice(0, controller.axisCount.value || 3)];
-  const asks = useSignal(false);
-  const zeroAll = `G10L20P0${axes.map((axis) => `${axis}0`).join("")}`;
-  return (
-    <Card title="Position" tools={<WorkSystem />}>
-      <div class="dro">
-        {axes.map((axis, i) => (
-          <Axis key={axis} axis={axis} index={i} />
-        ))}
-      </div>
-      <div class="row">
-        <Button icon="home" why={noHoming.value} onClick={() => void attempt(() => controller.send("$H"))} testId="home">
-          Home
-        </Button>
-        <Button why={noMotion.value} onClick={() => void attempt(() => controller.send(zeroAll))}>
-          Zero all
-        </Button>
-        <Button
-          why={noMotion.value}
-          title="Raise Z, then move X and Y to work zero"
-          onClick={() => void attempt(async () => (asks.value = await goToZero(null)))}
-          testId="go-to-zero"
-        >
-          Go to zero
-        </Button>
-      </div>
-      {controller.connected.value && noMotion.value && (
-        <p class="small soft" data-test="why-not">
-          {noMotion.value}
-        </p>
-      )}
-      {asks.value && <LiftDialog onClose={() => (asks.value = false)} />}
-      <Lamps />
-    </Card>
-  );
-}
-
-const SAME_HEIGHT_MM = 0.05;
-
-function zeroFacts(): ZeroFacts {
-  const { machine_mm, origin_mm, homed, settings } = standing.value;
-  return { axisCount: controller.axisCount.value, homed, machine_mm, offset_mm: origin_mm, settings };
-}
-
-/** Each line when the one before has been moved completely. @returns whether someone has to say first how far Z lifts */
-async function goToZero(lift_mm: number | null): Promise<boolean> {
-  const plan = planZero(zeroFacts(), lift_mm);
-  if (plan.kind === "ask") return true;
-  if (plan.kind === "refuse") throw new Error(plan.why);
-  for (const [i, line] of plan.lines.entries()) {
-    if (i > 0 && plan.z_mm !== null && Math.abs(zeroFacts().machine_mm[2]! - plan.z_mm) > SAME_HEIGHT_MM)
-      throw new Error("Z did not reach its height, so X and Y do not move.");
-    await controller.send(line);
-    await controller.rest();
-  }
-  return false;
-}
-
-const LIFT_USUAL_MM = 5;
-
-/** A machine that was not homed: no one but the person in front of it can say how far Z can go up. */
-function LiftDialog({ onClose }: { onClose: () => void }): JSX.Element {
-  const lift = useSignal(String(LIFT_USUAL_MM));
-  const lift_mm = lift.value.trim() === "" ? NaN : Number(lift.value);
-  const go = (): void => {
-    onClose();
-    void attempt(() => goToZero(lift_mm));
-  };
-  return (
-    <Dialog title="How far can Z lift?" onClose={onClose}>
-      <p class="soft">
-        The machine was not homed while this page was connected, so the free travel above Z is unknown. Z lifts by this distance from
-        where it is now, then X and Y move straight to work zero at that height.
-      </p>
-      <Field label="Lift Z by, mm" hint="0: Z does not move.">
-        <input class="input short mono" type="number" min={0} step={1} value={lift.value} onInput={(event) => (lift.value = event.currentTarget.value)} data-test="lift" />
-      </Field>
-      <div class="row">
-        <Button kind="primary" why={noMotion.value} disabled={!(lift_mm >= 0)} onClick={go} testId="lift-go">
-          Lift and move
-        </Button>
-        <Button onClick={onClose}>Cancel</Button>
-      </div>
-    </Dialog>
-  );
-}
-
-function Axis({ axis, index }: { axis: string; index: number }): JSX.Element {
-  const work = controller.workPosition.value[index];
-  const machine = controller.machinePosition.value[index];
-  return (
-    <div class="dro-axis">
-      <span class="dro-letter">{axis}</span>
-      <span class="dro-work mono" data-test={`work-${axis}`}>
-        {work === undefined ? "–" : fixed(work)}
-      </span>
-      <span class="dro-machine mono" title="Machine position">
-        {machine === undefined ? "" : fixed(machine)}
-      </span>
-      <Button
-        size="small"
-        label={`Zero ${axis}`}
-        why={noMotion.value}
-        onClick={() => void attempt(() => controller.send(`G10L20P0${axis}0`))}
-      >
-        Zero
-      </Button>
-    </div>
-  );
-}
-
-function fixed(value: number): string {
-  return (Object.is(value, -0) ? 0 : value).toFixed(3);
-}
-
-function WorkSystem(): JSX.Element {
-  const current = controller.modes.value.split(" ").find((word) => WORK_SYSTEMS.includes(word)) ?? "G54";
-  return (
-    <label class="row small soft">
-      Work system
-      <select
-        class="input short"
-        value={current}
-        disabled={noMotion.value !== ""}
-        title={noMotion.value || undefined}
-        onChange={(event) => {
-          const chosen = event.currentTarget.value;
-          void attempt(async () => {
-            await controller.send(chosen);
-            await controller.send("$G");
-          });
-        }}
-      >
-        {WORK_SYSTEMS.map((name) => (
-          <option key={name}>{name}</option>
-        ))}
-      </select>
-    </label>
-  );
-}
-
-const LAMPS: readonly [string, string][] = [
-  ["P", "Probe"],
-  ["D", "Door"],
-  ["H", "Hold input"],
-  ["R", "Reset input"],
-  ["S", "Start input"],
-  ["T", "M1 stops"],
-];
-
-function Lamps(): JSX.Element {
-  const pins = controller.status.value?.pins ?? "";
-  const axes = [...AXES.slice(0, controller.axisCount.value)];
-  const feedNow = controller.status.value?.feed ?? 0;
-  const speed = controller.status.value?.speed ?? 0;
-  return (
-    <div class="stack">
-      <div class="lamps" aria-label="Inputs">
-        {axes.map((axis) => (
-          <span key={axis} class={`lamp ${pins.includes(axis) ? "on" : ""}`}>
-            {axis} limit
-          </span>
-        ))}
-        {LAMPS.map(([letter, name]) => (
-          <span key={letter} class={`lamp ${pins.includes(letter) ? "on" : ""}`}>
-            {name}
-          </span>
-        ))}
-      </div>
-      <dl class="facts">
-        <dt>Feed</dt>
-        <dd class="mono">{feedNow.toFixed(0)} mm/min</dd>
-        <dt>Spindle</dt>
-        <dd class="mono">{speed.toFixed(0)} rpm</dd>
-        <dt>Modes</dt>
-        <dd class="mono small">{controller.modes.value || "–"}</dd>
-      </dl>
     </div>
   );
 }
@@ -265,7 +82,7 @@ const TURNING: readonly JogKey[] = ["A", "B", "C"].flatMap((axis) => [
 ]);
 
 function canJog(): boolean {
-  return noLines.value === "" && ["Idle", "Jog"].includes(controller.state.value);
+  return noLines.value === "" && (controller.operates.value || ["Idle", "Jog"].includes(controller.state.value));
 }
 
 function press(direction: Direction): void {
@@ -349,6 +166,7 @@ function useKeyboard(on: boolean): void {
     if (!on) return undefined;
     const down = (event: KeyboardEvent): void => {
       if (event.key === "Escape") controller.realtime("JOG_CANCEL");
+      if (document.querySelector("dialog[open]")) return; // its keys are not the machine's
       const key = PAD.find((entry) => entry?.key === event.key);
       const typing = event.target instanceof HTMLElement && event.target.closest("input:not([type=checkbox]), select, textarea, [role=tab]");
       if (!key || typing || event.ctrlKey || event.altKey || event.metaKey) return;
@@ -390,7 +208,7 @@ function steps(name: "FEED" | "SPINDLE"): readonly (Step | null)[] {
   ];
 }
 
-function OverrideCard(): JSX.Element {
+export function OverrideCard(): JSX.Element {
   const [feedPct, rapidPct, spindlePct] = controller.overrides.value;
   const rapids: readonly [string, RealtimeName][] = [
     ["25", "RAPID_25"],

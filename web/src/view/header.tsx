@@ -10,6 +10,7 @@ import {
   failure,
   job,
   logIn,
+  noMotion,
   reconnected,
   reconnects,
   served,
@@ -18,6 +19,7 @@ import {
 } from "../app";
 import { hasWebSerial } from "../link/serial";
 import { alarmWords, settingNumber } from "../tables";
+import { HoldNotice, returnsBy } from "./hold";
 import { Button, Dialog, Notice } from "./parts";
 
 const STATE_KIND: Record<string, string> = {
@@ -168,7 +170,8 @@ function Safety(): JSX.Element {
         kind={state === "Hold" || state === "Tool" || state === "Door" ? "primary" : "plain"}
         icon="play"
         disabled={!on}
-        title="Resume after a hold, a door or M0 (~)"
+        why={on && controller.operates.value && noMotion.value}
+        title={controller.operates.value ? returnsBy() : "Resume after a hold, a door or M0 (~)"}
         onClick={() => controller.realtime("RESUME")}
         testId="resume"
       >
@@ -197,7 +200,7 @@ export function Notices(): JSX.Element {
       <LockedNotice />
       <ObserverNotice />
       <AlarmNotice />
-      <ToolNotice />
+      <HoldNotice />
     </div>
   );
 }
@@ -317,12 +320,6 @@ function ObserverNotice(): JSX.Element | null {
 async function takeOver(): Promise<void> {
   await controller.send("$TAKE");
   await controller.getToKnow();
-}
-
-function ToolNotice(): JSX.Element | null {
-  const tool = controller.awaitedTool.value;
-  if (tool === null) return null;
-  return <Notice kind="info" title={`Change to tool T${tool}, then press Resume`} text="The spindle is off. The program waits at M6." />;
 }
 
 function AlarmNotice(): JSX.Element | null {

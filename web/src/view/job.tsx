@@ -9,6 +9,8 @@ import { readProgram } from "../job/program";
 import { type MachineFacts, type Resume } from "../job/resume";
 import { NOWHERE, travelFindings, unplacedAxes, type TravelFinding } from "../job/standing";
 import { AXES, settingNumber } from "../tables";
+import { OverrideCard } from "./control";
+import { FrameButton } from "./frame";
 import { Button, Card, Dialog, Field, FileButton, Notice, Progress, duration } from "./parts";
 import { PathView } from "./path";
 
@@ -30,6 +32,7 @@ export function JobTab(): JSX.Element {
       </div>
       <div class="w4 stack">
         <RunCard />
+        <OverrideCard />
         <CheckCard />
       </div>
     </div>
@@ -271,6 +274,7 @@ function RunCard(): JSX.Element {
             Start
           </Button>
         )}
+        {!job.active.value && <FrameButton />}
         {asks.value && <StartDialog onClose={() => (asks.value = false)} />}
         {!controller.connected.value && <span class="small soft">Connect first.</span>}
         {controller.connected.value && !ready && !job.active.value && <span class="small soft">The machine must be idle.</span>}
@@ -299,12 +303,12 @@ function timeLeft(): string {
   return duration(Math.max(0, done.report.seconds - spent));
 }
 
-/** Continue at a line: after a lost link, a stop, an error. */
+/** Continue at a line: after a lost link, a stop, an error; or begin there. */
 function ResumeBar(): JSX.Element | null {
   const line = useSignal(1);
   const plan = useSignal<Resume | null>(null);
+  if (job.active.value) return null;
   const ended = ["lost", "stopped", "failed"].includes(job.state.value);
-  if (!ended) return null;
   const suggested = Math.max(1, job.currentLine.value);
   const make = (): Promise<void> =>
     attempt(async () => {
@@ -313,7 +317,10 @@ function ResumeBar(): JSX.Element | null {
   return (
     <>
       <div class="row">
-        <Field label="Resume from line" hint="The line that was being executed at the controller's last report.">
+        <Field
+          label={ended ? "Resume from line" : "Start from line"}
+          hint={ended ? "The line that was being executed at the controller's last report." : "The state of the lines before is restored first: you see how."}
+        >
           <input
             class="input short mono"
             type="number"
@@ -325,7 +332,7 @@ function ResumeBar(): JSX.Element | null {
           />
         </Field>
         <Button disabled={!controller.commands.value || controller.state.value !== "Idle"} onClick={() => void make()} testId="resume-plan">
-          Prepare resume
+          {ended ? "Prepare resume" : "Prepare start"}
         </Button>
       </div>
       {plan.value && <ResumeDialog plan={plan.value} onClose={() => (plan.value = null)} />}

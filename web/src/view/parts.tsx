@@ -46,7 +46,7 @@ export interface ButtonProps {
   label?: string;
   disabled?: boolean;
   /** Why it cannot be pressed now, for the eye and for screen readers; "": it can. */
-  why?: string;
+  why?: string | false;
   title?: string;
   pressed?: boolean;
   testId?: string;

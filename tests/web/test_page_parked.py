@@ -1,0 +1,66 @@
+"""A job in a hold is the operator's for a while: jog, probe and zero by the page, and the return."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+import pytest
+from console_page import Console, load, typed
+from playwright.sync_api import expect
+
+CAM = "G21G90G0Z5\nT2 M6 (3 mm end mill)\nG0X1\nG1Z0F600\nX3\n"
+
+
+def test_a_tool_is_changed_with_the_page(socket_link: Callable[..., Console]) -> None:
+    console = socket_link(speed=4.0)
+    assert console.hands("surface -3") == "ok"
+    load(console, CAM)
+    console.by("job-start").click()
+    console.is_in("Hold")
+    expect(console.page.get_by_text("The program waits in line 2: T2 M6 (3 mm end mill)")).to_be_visible()
+    expect(console.by("tool-steps").locator("li")).to_have_count(4)
+    console.tab("control")
+    expect(console.by("jog-Z+")).to_be_disabled()
+    console.by("park").click()
+    expect(console.page.get_by_text("Parked: fit tool T2")).to_be_visible()
+    expect(console.by("home")).to_be_disabled()
+    console.page.get_by_role("button", name="10", exact=True).first.click()
+    console.by("jog-Z+").click()
+    console.stands_at(X=0, Z=15)
+    typed(console, "G91G38.2Z-40F1000")
+    console.tab("control")
+    expect(console.by("work-Z")).to_have_text(re.compile(r"^-3\.[01]"))  # and the way to stop
+    console.page.get_by_role("button", name="Zero Z").click()
+    console.stands_at(Z=0)
+    console.by("jog-Z+").click()
+    expect(console.by("work-Z")).to_have_text(re.compile(r"^10\.00"))  # steps are 0.0125 mm
+    expect(console.by("resume")).to_have_accessible_description(re.compile("^Resume lifts Z .* crosses to where"))
+    console.by("resume").click()
+    console.is_in("Idle")
+    console.stands_at(X=3)
+    assert console.position("Z") == pytest.approx(0, abs=0.02)
+    console.tab("job")
+    expect(console.page.get_by_text("The job is finished")).to_be_visible()
+
+
+def test_a_return_that_is_refused_says_why(socket_link: Callable[..., Console]) -> None:
+    console = socket_link(settings=("$22=1", "$20=1", "$130=100", "$131=100", "$132=20"))
+    console.by("unlock").click()
+    console.is_in("Idle")
+    typed(console, "G53G1X-50Y-50Z-2F3000")
+    console.is_in("Run")
+    console.by("hold").click()
+    console.is_in("Hold")
+    console.by("park").click()
+    typed(console, "G43.1Z9")
+    console.by("resume").click()
+    refusal = console.page.get_by_role("alert").filter(has_text="with the new offsets the job leaves the travel")
+    expect(refusal).to_be_visible()
+    console.is_in("Hold")
+    console.by("park").click()
+    typed(console, "G49")
+    console.tab("control")
+    expect(refusal).to_have_count(0)
+    console.by("resume").click()
+    console.is_in("Run")

@@ -1,0 +1,55 @@
+"""The probing dialogs against a machine whose probe touches at a height."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+
+import pytest
+from console_page import Console, typed
+from playwright.sync_api import expect
+
+
+def test_z_is_probed_shown_and_undone(socket_link: Callable[..., Console]) -> None:
+    console = socket_link(speed=4.0)
+    typed(console, "G20G91")  # its modes are the program's again afterwards
+    console.tab("control")
+    expect(console.page.locator(".facts")).to_contain_text("G91")
+    console.by("probe-plate").click()
+    start = console.by("probe-start")
+    expect(start).to_be_disabled()
+    expect(start).to_have_accessible_description("Test the probe first.")
+    console.by("probe-thickness_mm").fill("10.5")
+    expect(console.by("probe-lines")).to_contain_text("G21G91G94G38.3Z-20F150\n$J=G21G91Z2F150")
+    assert console.hands("probe on") == "ok"
+    expect(console.by("probe-test")).to_contain_text("In contact")
+    expect(start).to_be_disabled()
+    assert console.hands("probe off") == "ok"
+    assert console.hands("surface -3") == "ok"
+    start.click()
+    expect(console.page.get_by_text("Work zero of Z is set in G54")).to_be_visible()
+    assert console.position("Z") == pytest.approx(10.5 + 2 + 6, abs=0.02)  # off the plate, and lifted
+    console.by("probe-undo").click()
+    expect(console.page.get_by_text("The work zero of before is back.")).to_be_visible()
+    expect(console.by("work-Z")).to_have_text(re.compile(r"^(4\.99|5\.0)"))  # -3 + 2 + 6
+    console.by("probe-close").click()
+    expect(console.page.locator(".facts")).to_contain_text("G20 G91")
+
+
+def test_a_probe_that_finds_nothing_sets_nothing_and_can_be_stopped(socket_link: Callable[..., Console]) -> None:
+    console = socket_link()
+    console.by("probe-plate").click()
+    for state in ("on", "off"):
+        assert console.hands(f"probe {state}") == "ok"
+        expect(console.by("probe-test")).to_contain_text("In contact" if state == "on" else "The probe works")
+    console.by("probe-reach_mm").fill("1")
+    console.by("probe-start").click()
+    expect(console.page.get_by_text("The probe found nothing on its way along Z")).to_be_visible()
+    console.is_in("Idle")
+    console.by("probe-reach_mm").fill("100")
+    console.by("probe-start").click()
+    console.is_in("Run")
+    console.by("probe-stop").click()
+    expect(console.page.get_by_text("Stopped by hand.")).to_be_visible()
+    console.is_in("Idle")
+    assert -5.0 < console.position("Z") < -1.0

@@ -1,0 +1,106 @@
+/** The outline of the loaded job, before its first cut: tool up, or the laser at low power. */
+import { useSignal } from "@preact/signals";
+import type { JSX } from "preact";
+import { controller, noMotion, preflight, standing } from "../app";
+import { LASER_LIMIT_PCT, planFrame, type FrameWish } from "../job/frame";
+import { settingNumber } from "../tables";
+import { Button, Dialog, Field, Notice } from "./parts";
+
+const LASER_MODE = settingNumber("laser_mode");
+const USUAL: FrameWish = { feed_mm_min: 2000, lift_mm: 5, power_pct: 0 };
+
+export function FrameButton(): JSX.Element | null {
+  const open = useSignal(false);
+  if (!preflight.result.value) return null;
+  return (
+    <>
+      <Button why={noMotion.value} title="Move once around the bounds of the job" onClick={() => (open.value = true)} testId="frame">
+        Outline
+      </Button>
+      {open.value && <FrameDialog onClose={() => (open.value = false)} />}
+    </>
+  );
+}
+
+function FrameDialog({ onClose }: { onClose: () => void }): JSX.Element {
+  const hasLaser = Number(standing.value.settings.get(LASER_MODE) ?? 0) > 0;
+  const wish = useSignal<FrameWish>(hasLaser ? { ...USUAL, lift_mm: 0, power_pct: 1 } : USUAL);
+  const running = useSignal(false);
+  const failed = useSignal("");
+  const stopped = useSignal(false);
+  const done = preflight.result.value;
+  const plan = done ? planFrame(standing.value, done.report.min_mm, done.report.max_mm, wish.value) : null;
+  const why = !plan ? "The preflight has not finished." : plan.kind === "refuse" ? plan.why : noMotion.value;
+  const go = async (): Promise<void> => {
+    if (plan?.kind !== "go") return;
+    [running.value, failed.value, stopped.value] = [true, "", false];
+    try {
+      for (const line of plan.frame.lines) {
+        if (stopped.peek()) throw new Error("Stopped by hand.");
+        await controller.send(line);
+        await controller.rest();
+      }
+      onClose();
+    } catch (error) {
+      if (wish.value.power_pct > 0 && controller.state.peek() === "Idle") await controller.send("M5").catch(() => {});
+      failed.value = stopped.peek() ? "Stopped by hand." : error instanceof Error ? error.message : String(error);
+    }
+    running.value = false;
+  };
+  const stop = (): void => {
+    if (!running.peek() || stopped.peek()) return;
+    stopped.value = true;
+    controller.stopMotion();
+  };
+  const field = (name: keyof FrameWish, label: string, max: number): JSX.Element => (
+    <Field label={label}>
+      <input
+        class="input mono"
+        type="number"
+        step="any"
+        min={0}
+        max={max}
+        disabled={running.value}
+        value={String(wish.value[name])}
+        onInput={(event) => (wish.value = { ...wish.value, [name]: event.currentTarget.value.trim() === "" ? NaN : Number(event.currentTarget.value) })}
+        data-test={`frame-${name}`}
+      />
+    </Field>
+  );
+  return (
+    <Dialog title="Run the outline of the job" onClose={() => (stop(), onClose())}>
+      <p class="soft">
+        The machine moves once around everything that the job does in X and Y, and returns. Look whether clamps are in the way and whether the
+        work lies inside.
+      </p>
+      <div class="numbers">
+        {field("feed_mm_min", "Feed, mm/min", 20_000)}
+        {field("lift_mm", "Lift Z first by, mm", 200)}
+        {hasLaser && field("power_pct", `Laser, % (${LASER_LIMIT_PCT} at most)`, LASER_LIMIT_PCT)}
+      </div>
+      {plan?.kind === "go" && plan.frame.notes.map((note) => <Notice key={note} kind="warn" title={note} />)}
+      {hasLaser && wish.value.power_pct > 0 && <Notice kind="warn" title="The laser is on during the outline: wear your goggles." />}
+      {plan?.kind === "go" && (
+        <details>
+          <summary class="small">Lines that it sends ({plan.frame.lines.length})</summary>
+          <pre class="code" data-test="frame-lines">
+            {plan.frame.lines.join("\n")}
+          </pre>
+        </details>
+      )}
+      {(failed.value || (why && !running.value)) && <Notice kind="bad" title={failed.value || why} />}
+      <div class="row">
+        {running.value ? (
+          <Button kind="danger" icon="stop" disabled={stopped.value} onClick={stop} testId="frame-stop">
+            Stop
+          </Button>
+        ) : (
+          <Button kind="primary" icon="play" why={why} onClick={() => void go()} testId="frame-start">
+            Run the outline
+          </Button>
+        )}
+        {!running.value && <Button onClick={onClose}>Cancel</Button>}
+      </div>
+    </Dialog>
+  );
+}

@@ -1,0 +1,286 @@
+/** Where the machine is, in work coordinates: read from far, typed, zeroed and undone. */
+import { signal, useSignal } from "@preact/signals";
+import type { JSX } from "preact";
+import { useEffect, useRef } from "preact/hooks";
+import { attempt, controller, noHoming, noMotion, standing } from "../app";
+import { typedPosition, WORK_SYSTEMS } from "../link/offsets";
+import { planZero, type ZeroFacts } from "../link/zero";
+import { AXES } from "../tables";
+import { lastZero, nameSystem, setPosition, showsInches, systemNames, undoZero, workSystem } from "../zeroing";
+import { Button, Card, Dialog, Field } from "./parts";
+
+/** The positions over the whole width, for a look from across the shop. */
+export const isLarge = signal(false);
+/** The axis whose position is being typed. */
+const typing = signal("");
+const MM_PER_INCH = 25.4;
+
+export function PositionCard(): JSX.Element {
+  const axes = [...AXES.slice(0, controller.axisCount.value || 3)];
+  const asks = useSignal(false);
+  const zeroAll = (): Promise<void> => setPosition(Object.fromEntries(axes.map((axis) => [axis, 0])), "zero of all axes");
+  const last = lastZero.value;
+  return (
+    <Card title="Position" tools={<PositionTools />}>
+      <div class={`dro ${isLarge.value ? "large" : ""}`}>
+        {axes.map((axis, i) => (
+          <Axis key={axis} axis={axis} index={i} />
+        ))}
+      </div>
+      <div class="row">
+        <Button icon="home" why={noHoming.value} onClick={() => void attempt(() => controller.send("$H"))} testId="home">
+          Home
+        </Button>
+        <Button why={noMotion.value} onClick={() => void attempt(zeroAll)}>
+          Zero all
+        </Button>
+        <Button
+          why={noMotion.value}
+          title="Raise Z, then move X and Y to work zero"
+          onClick={() => void attempt(async () => (asks.value = await goToZero(null)))}
+          testId="go-to-zero"
+        >
+          Go to zero
+        </Button>
+        {last && (
+          <Button why={noMotion.value} title={`Undo: ${last.text}`} onClick={() => void attempt(undoZero)} testId="undo-zero">
+            Undo zero
+          </Button>
+        )}
+      </div>
+      {controller.connected.value && noMotion.value && (
+        <p class="small soft" data-test="why-not">
+          {noMotion.value}
+        </p>
+      )}
+      {asks.value && <LiftDialog onClose={() => (asks.value = false)} />}
+      <Lamps />
+    </Card>
+  );
+}
+
+const SAME_HEIGHT_MM = 0.05;
+
+function zeroFacts(): ZeroFacts {
+  const { machine_mm, origin_mm, homed, settings } = standing.value;
+  return { axisCount: controller.axisCount.value, homed, machine_mm, offset_mm: origin_mm, settings };
+}
+
+/** Each line when the one before has been moved completely. @returns whether someone has to say first how far Z lifts */
+async function goToZero(lift_mm: number | null): Promise<boolean> {
+  const plan = planZero(zeroFacts(), lift_mm);
+  if (plan.kind === "ask") return true;
+  if (plan.kind === "refuse") throw new Error(plan.why);
+  for (const [i, line] of plan.lines.entries()) {
+    if (i > 0 && plan.z_mm !== null && Math.abs(zeroFacts().machine_mm[2]! - plan.z_mm) > SAME_HEIGHT_MM)
+      throw new Error("Z did not reach its height, so X and Y do not move.");
+    await controller.send(line);
+    await controller.rest();
+  }
+  return false;
+}
+
+const LIFT_USUAL_MM = 5;
+
+/** A machine that was not homed: no one but the person in front of it can say how far Z can go up. */
+function LiftDialog({ onClose }: { onClose: () => void }): JSX.Element {
+  const lift = useSignal(String(LIFT_USUAL_MM));
+  const lift_mm = lift.value.trim() === "" ? NaN : Number(lift.value);
+  const go = (): void => {
+    onClose();
+    void attempt(() => goToZero(lift_mm));
+  };
+  return (
+    <Dialog title="How far can Z lift?" onClose={onClose}>
+      <p class="soft">
+        The machine was not homed while this page was connected, so the free travel above Z is unknown. Z lifts by this distance from
+        where it is now, then X and Y move straight to work zero at that height.
+      </p>
+      <Field label="Lift Z by, mm" hint="0: Z does not move.">
+        <input class="input short mono" type="number" min={0} step={1} value={lift.value} onInput={(event) => (lift.value = event.currentTarget.value)} data-test="lift" />
+      </Field>
+      <div class="row">
+        <Button kind="primary" why={noMotion.value} disabled={!(lift_mm >= 0)} onClick={go} testId="lift-go">
+          Lift and move
+        </Button>
+        <Button onClick={onClose}>Cancel</Button>
+      </div>
+    </Dialog>
+  );
+}
+
+function Axis({ axis, index }: { axis: string; index: number }): JSX.Element {
+  const work = controller.workPosition.value[index];
+  const machine = controller.machinePosition.value[index];
+  const half = work === undefined ? 0 : (showsInches.value ? MM_PER_INCH : 1) * (work / 2);
+  return (
+    <div class="dro-axis">
+      <span class="dro-letter">{axis}</span>
+      {typing.value === axis && work !== undefined ? (
+        <TypedPosition axis={axis} value={fixed(work)} />
+      ) : (
+        <button
+          type="button"
+          class="dro-work mono"
+          data-test={`work-${axis}`}
+          disabled={noMotion.value !== ""}
+          title={noMotion.value || `Type the work position of ${axis}`}
+          onClick={() => (typing.value = axis)}
+        >
+          {work === undefined ? "–" : fixed(work)}
+        </button>
+      )}
+      <span class="dro-machine mono" title="Machine position">
+        {machine === undefined ? "" : fixed(machine)}
+      </span>
+      <div class="dro-set">
+        <Button size="small" label={`Halve ${axis}`} title={`Half of ${axis} is here: zero is in the middle of the way`} why={noMotion.value} onClick={() => void attempt(() => setPosition({ [axis]: half }, `half of ${axis}`))}>
+          ½
+        </Button>
+        <Button size="small" label={`Zero ${axis}`} why={noMotion.value} onClick={() => void attempt(() => setPosition({ [axis]: 0 }, `zero of ${axis}`))}>
+          Zero
+        </Button>
+      </div>
+    </div>
+  );
+}
+
+/** Enter sets, Escape and a look elsewhere leave everything as it was. */
+function TypedPosition({ axis, value }: { axis: string; value: string }): JSX.Element {
+  const input = useRef<HTMLInputElement>(null);
+  const text = useSignal(value);
+  useEffect(() => input.current?.select(), []);
+  const mm = typedPosition(text.value, showsInches.value);
+  const leave = (): void => void (typing.value = "");
+  const onKey = (event: KeyboardEvent): void => {
+    if (event.key === "Escape") leave();
+    if (event.key !== "Enter" || mm === null) return;
+    leave();
+    void attempt(() => setPosition({ [axis]: mm }, `position of ${axis}`));
+  };
+  return (
+    <input
+      ref={input}
+      class="input dro-work mono"
+      aria-label={`Work position of ${axis}. Enter sets it, Escape leaves it`}
+      aria-invalid={mm === null}
+      inputmode="decimal"
+      autocomplete="off"
+      value={text.value}
+      onInput={(event) => (text.value = event.currentTarget.value)}
+      onKeyDown={onKey}
+      onBlur={leave}
+      data-test={`typed-${axis}`}
+    />
+  );
+}
+
+function fixed(value: number): string {
+  return (Object.is(value, -0) ? 0 : value).toFixed(3);
+}
+
+function PositionTools(): JSX.Element {
+  const names = useSignal(false);
+  const current = workSystem.value;
+  return (
+    <>
+      <label class="row small soft">
+        Work system
+        <select
+          class="input system"
+          value={current}
+          disabled={noMotion.value !== ""}
+          title={noMotion.value || undefined}
+          onChange={(event) => {
+            const chosen = event.currentTarget.value;
+            void attempt(async () => {
+              await controller.send(chosen);
+              await controller.refresh("$G");
+            });
+          }}
+        >
+          {WORK_SYSTEMS.map((name) => (
+            <option key={name} value={name}>
+              {systemNames.value[name] ? `${name} ${systemNames.value[name]}` : name}
+            </option>
+          ))}
+        </select>
+      </label>
+      <Button size="small" title={`Give ${current} a name, for this browser`} onClick={() => (names.value = true)} testId="name-system">
+        Name
+      </Button>
+      <Button size="small" pressed={isLarge.value} title="Positions over the whole width" onClick={() => (isLarge.value = !isLarge.value)} testId="large">
+        Large
+      </Button>
+      {names.value && <NameDialog system={current} onClose={() => (names.value = false)} />}
+    </>
+  );
+}
+
+const NAME_LENGTH = 24;
+
+function NameDialog({ system, onClose }: { system: string; onClose: () => void }): JSX.Element {
+  const name = useSignal(systemNames.value[system] ?? "");
+  return (
+    <Dialog title={`Name of ${system}`} onClose={onClose}>
+      <form
+        class="stack"
+        onSubmit={(event) => {
+          event.preventDefault();
+          nameSystem(system, name.value);
+          onClose();
+        }}
+      >
+        <Field label="Name" hint="Stored in this browser.">
+          <input class="input" maxLength={NAME_LENGTH} value={name.value} onInput={(event) => (name.value = event.currentTarget.value)} data-test="system-name" />
+        </Field>
+        <div class="row">
+          <button class="button primary" type="submit">
+            Save
+          </button>
+          <Button onClick={onClose}>Cancel</Button>
+        </div>
+      </form>
+    </Dialog>
+  );
+}
+
+const LAMPS: readonly [string, string][] = [
+  ["P", "Probe"],
+  ["D", "Door"],
+  ["H", "Hold input"],
+  ["R", "Reset input"],
+  ["S", "Start input"],
+  ["T", "M1 stops"],
+];
+
+function Lamps(): JSX.Element {
+  const pins = controller.status.value?.pins ?? "";
+  const axes = [...AXES.slice(0, controller.axisCount.value)];
+  const feedNow = controller.status.value?.feed ?? 0;
+  const speed = controller.status.value?.speed ?? 0;
+  return (
+    <div class="stack">
+      <div class="lamps" aria-label="Inputs">
+        {axes.map((axis) => (
+          <span key={axis} class={`lamp ${pins.includes(axis) ? "on" : ""}`}>
+            {axis} limit
+          </span>
+        ))}
+        {LAMPS.map(([letter, name]) => (
+          <span key={letter} class={`lamp ${pins.includes(letter) ? "on" : ""}`}>
+            {name}
+          </span>
+        ))}
+      </div>
+      <dl class="facts">
+        <dt>Feed</dt>
+        <dd class="mono">{feedNow.toFixed(0)} mm/min</dd>
+        <dt>Spindle</dt>
+        <dd class="mono">{speed.toFixed(0)} rpm</dd>
+        <dt>Modes</dt>
+        <dd class="mono small">{controller.modes.value || "–"}</dd>
+      </dl>
+    </div>
+  );
+}
