@@ -520,11 +520,6 @@ static bool rests(const void *ctx) {
     return emit->y == 0.0f && !is_behind(emit) && !geared;
 }
 
-/* Whether the newest piece ends in a stop that stays one. */
-static bool path_is_closed(const struct path *path) {
-    return path->knots[path->newest & (KNOT_RING - 1)].stop && !path->may_go_on && path_pending(path) == 0;
-}
-
 /* Later moves cannot change what comes next: all pieces of a segment, where their sender keeps up; or not
  * much, while those that there are are few. */
 static bool is_firm(const struct emit *emit) {

@@ -132,6 +132,11 @@ static inline uint32_t path_pending(const struct path *path) {
     return path->newest - path->blended + (path->waits ? 1u : 0u);
 }
 
+/** Whether the newest piece ends in a stop that stays one. */
+static inline bool path_is_closed(const struct path *path) {
+    return path->knots[path->newest & (KNOT_RING - 1)].stop && !path->may_go_on && path_pending(path) == 0;
+}
+
 /** @param part  of the accelerations, for bends and the straight ways next to them
  *  @param far  times the accelerations, on the rest of straight ways */
 void path_set_limits(struct path *path, const struct motion_limits *limits, float part, float far);
