@@ -236,6 +236,17 @@ size_t net_mdns_answer(const struct net_mdns *mdns, const uint8_t *query, size_t
     return finish(&out);
 }
 
+bool net_mdns_may_answer(struct net_mdns *mdns, uint32_t now_us) {
+    if (now_us - mdns->second_us >= 1000000) {
+        mdns->second_us = now_us;
+        mdns->answers = 0;
+    }
+    if (mdns->answers == NET_MDNS_ANSWERS)
+        return false;
+    mdns->answers++;
+    return true;
+}
+
 size_t net_mdns_announce(const struct net_mdns *mdns, uint8_t packet[NET_MDNS_PACKET]) {
     struct writer out = {.packet = packet};
     if (!has_address(mdns))

@@ -14,6 +14,8 @@
 #include <stdint.h>
 
 enum { NET_MDNS_PORT = 5353, NET_MDNS_PACKET = 768, NET_MDNS_NAME = 32, NET_MDNS_TEXT = 64 };
+/** Answers in a second. They are larger than questions, and a question can have a forged address. */
+enum { NET_MDNS_ANSWERS = 10 };
 
 /** Who we are. */
 struct net_mdns {
@@ -21,6 +23,8 @@ struct net_mdns {
     char text[NET_MDNS_TEXT]; /* of TXT: "board=esp32s3-devkitc" */
     uint8_t address[4];       /* 0.0.0.0: we have none, and are silent */
     uint16_t port;            /* of telnet; 0: none exists, and that service is not announced */
+    uint16_t answers;         /* in the second that began at: */
+    uint32_t second_us;
 };
 
 /** The answer to a packet. @param legacy  it comes from another port than 5353: a simple resolver
@@ -28,6 +32,9 @@ struct net_mdns {
  *  @return bytes of it; 0: nothing in it is about us, or it is damaged */
 size_t net_mdns_answer(const struct net_mdns *mdns, const uint8_t *query, size_t size, bool legacy,
                        uint8_t answer[NET_MDNS_PACKET], bool *unicast);
+
+/** Whether one more answer may be sent now. */
+bool net_mdns_may_answer(struct net_mdns *mdns, uint32_t now_us);
 
 /** Tell all that we are here. @return bytes; 0: we have no address */
 size_t net_mdns_announce(const struct net_mdns *mdns, uint8_t packet[NET_MDNS_PACKET]);

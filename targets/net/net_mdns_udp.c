@@ -23,7 +23,7 @@ void net_mdns_join(int fd, const struct net_mdns *mdns) {
         net_socket_send(fd, &group, packet, size);
 }
 
-void net_mdns_poll(int fd, const struct net_mdns *mdns) {
+void net_mdns_poll(int fd, struct net_mdns *mdns, uint32_t now_us) {
     uint8_t query[NET_MDNS_PACKET], answer[NET_MDNS_PACKET];
     for (int i = 0; i < PACKETS_A_POLL; i++) {
         struct net_address from;
@@ -33,7 +33,7 @@ void net_mdns_poll(int fd, const struct net_mdns *mdns) {
             return;
         bool legacy = from.port != NET_MDNS_PORT;
         size_t size = net_mdns_answer(mdns, query, (size_t)count, legacy, answer, &unicast);
-        if (size > 0)
+        if (size > 0 && net_mdns_may_answer(mdns, now_us))
             net_socket_send(fd, unicast ? &from : &group, answer, size);
     }
 }

@@ -40,6 +40,18 @@ class Responder:
         return out.raw[:size]
 
 
+def test_a_flood_of_questions_is_not_answered_by_a_larger_one() -> None:
+    """A question can have the address of someone else; the clock wraps."""
+    responder = Responder()
+    start_us = 2**32 - 300_000
+    sent = [
+        us // 1_000_000
+        for us in range(0, 3_000_000, 1_000)
+        if LIB.net_mdns_may_answer(ctypes.byref(responder.me), ctypes.c_uint32(start_us + us))
+    ]
+    assert [sent.count(second) for second in range(3)] == [10, 10, 10]
+
+
 def zeroconf_question(*asked: tuple[str, int]) -> bytes:
     const = pytest.importorskip("zeroconf.const")
     zeroconf = pytest.importorskip("zeroconf")

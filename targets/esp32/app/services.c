@@ -61,7 +61,7 @@ static bool poll_updates(struct services *services, uint32_t now_us) {
     return any;
 }
 
-static void poll_name(struct services *services) {
+static void poll_name(struct services *services, uint32_t now_us) {
     uint32_t address = network_address();
     if (services->mdns_socket < 0)
         return;
@@ -70,11 +70,11 @@ static void poll_name(struct services *services) {
         memcpy(services->mdns.address, &address, sizeof services->mdns.address);
         net_mdns_join(services->mdns_socket, &services->mdns);
     }
-    net_mdns_poll(services->mdns_socket, &services->mdns);
+    net_mdns_poll(services->mdns_socket, &services->mdns, now_us);
 }
 
 bool services_poll(struct services *services, uint32_t now_us) {
-    poll_name(services);
+    poll_name(services, now_us);
     if (!services->confirmed && now_us >= CONFIRM_US) {
         services->confirmed = true;
         /* An update has run for CONFIRM_US without a crash: from now on the bootloader does not go back to
