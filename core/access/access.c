@@ -128,17 +128,27 @@ void access_revoke(struct access *access, unsigned place) {
     access->trust[place] = (struct access_trust){0};
 }
 
-unsigned access_stored(const struct access *access, uint64_t who[ACCESS_TRUSTED]) {
-    unsigned count = 0;
-    for (unsigned i = 0; i < ACCESS_TRUSTED; i++)
-        if (access->trust[i].who != 0 && access->trust[i].end_us == UINT64_MAX)
-            who[count++] = access->trust[i].who;
-    return count;
+/* So short that it tells a reader of the store next to nothing about a weak key. */
+static uint64_t mark_of_key(const struct access *access) {
+    static const char label[] = "WiFiCNC trust";
+    uint8_t derived[SHA256_SIZE];
+    sha256_hmac(access->digest, SHA256_SIZE, label, sizeof label, derived);
+    return (uint64_t)derived[0] << 16 | (uint64_t)derived[1] << 8 | derived[2];
 }
 
-void access_restore(struct access *access, const uint64_t who[], unsigned count) {
-    for (unsigned i = 0; i < count; i++)
-        if (who[i] != 0)
-            (void)access_trust(access, who[i], ACCESS_ALWAYS);
+unsigned access_stored(const struct access *access, uint64_t stored[ACCESS_STORED]) {
+    unsigned count = 1;
+    for (unsigned i = 0; i < ACCESS_TRUSTED; i++)
+        if (access->trust[i].who != 0 && access->trust[i].end_us == UINT64_MAX)
+            stored[count++] = access->trust[i].who;
+    stored[0] = mark_of_key(access);
+    return count > 1 ? count : 0;
+}
+
+void access_restore(struct access *access, const uint64_t stored[], unsigned count) {
+    const bool same_key = count > 0 && stored[0] == mark_of_key(access);
+    for (unsigned i = 1; same_key && i < count; i++)
+        if (stored[i] != 0)
+            (void)access_trust(access, stored[i], ACCESS_ALWAYS);
     access->changed = false;
 }

@@ -17,7 +17,8 @@ enum {
     ACCESS_SALT = 16,
     ACCESS_NONCE = 16,
     ACCESS_ROUNDS = 2000, /* of PBKDF2; with a made key none would be needed */
-    ACCESS_TRUSTED = 8
+    ACCESS_TRUSTED = 8,
+    ACCESS_STORED = ACCESS_TRUSTED + 1
 };
 
 enum access_result {
@@ -93,10 +94,12 @@ void access_keep(struct access *access, uint64_t who);
 /** Trust what is in this place no more. @param place  0 .. ACCESS_TRUSTED - 1 */
 void access_revoke(struct access *access, unsigned place);
 
-/** The addresses that are trusted for ever, to be stored. @return how many */
-unsigned access_stored(const struct access *access, uint64_t who[ACCESS_TRUSTED]);
+/** What is to be stored: a mark of the key, and the addresses that are trusted for ever. @return how many
+ * numbers; 0: no address */
+unsigned access_stored(const struct access *access, uint64_t stored[ACCESS_STORED]);
 
-/** Trust these for ever, as they were stored: at the start. */
-void access_restore(struct access *access, const uint64_t who[], unsigned count);
+/** Trust these for ever, as they were stored: at the start. None, if the key is another one now: who changes
+ * it shuts out all who were let in by the old one. */
+void access_restore(struct access *access, const uint64_t stored[], unsigned count);
 
 #endif

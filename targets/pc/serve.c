@@ -258,18 +258,19 @@ static void init_access(struct access *access, const char *key, const char *stor
     access_init(access, key, key[0] == '\0', salt, clock_us());
     if (store == NULL)
         return;
-    uint64_t who[ACCESS_TRUSTED];
-    const size_t size = host_store.load(store, HOST_STORE_TRUST, who, sizeof who);
-    access_restore(access, who, (unsigned)(size / sizeof who[0]));
+    uint64_t stored[ACCESS_STORED];
+    const size_t size = host_store.load(store, HOST_STORE_TRUST, stored, sizeof stored);
+    access_restore(access, stored, (unsigned)(size / sizeof stored[0]));
 }
 
 static void keep_trust(struct serve *serve) {
-    uint64_t who[ACCESS_TRUSTED];
+    uint64_t stored[ACCESS_STORED];
     if (!serve->access.changed || serve->store == NULL)
         return;
     serve->access.changed = false;
-    const struct hal_store_value value = {
-        .key = HOST_STORE_TRUST, .bytes = who, .count = access_stored(&serve->access, who) * sizeof who[0]};
+    const struct hal_store_value value = {.key = HOST_STORE_TRUST,
+                                          .bytes = stored,
+                                          .count = access_stored(&serve->access, stored) * sizeof stored[0]};
     if (host_store.save(serve->store, &value, 1) != HAL_STORE_DONE)
         net_hub_tell(&serve->hub, "Cannot store the trusted addresses");
 }

@@ -96,11 +96,15 @@ static bool write_trusted(void *ctx, const char *key, const char *text) {
     return !full;
 }
 
-static void begin(struct access *access) {
+static void begin_with(struct access *access, const char *key) {
     static const struct access_store_ops ops = {.read = read_trusted};
     static const uint8_t salt[ACCESS_SALT];
-    access_init(access, "correct horse", false, salt, 0);
+    access_init(access, key, false, salt, 0);
     access_store_load_trust(access, &ops, NULL);
+}
+
+static void begin(struct access *access) {
+    begin_with(access, "correct horse");
 }
 
 static void trust_for_ever_survives_a_restart(void) {
@@ -128,6 +132,21 @@ static void trust_for_ever_survives_a_restart(void) {
     full = false;
 }
 
+static void another_key_ends_all_trust(void) {
+    static const struct access_store_ops ops = {.write = write_trusted};
+    struct access access;
+    begin(&access);
+    CHECK(access_trust(&access, 7, ACCESS_ALWAYS) && access_store_keep_trust(&access, &ops, NULL));
+    begin(&access);
+    CHECK(access_may(&access, 7));
+    begin_with(&access, "battery staple");
+    CHECK(!access_may(&access, 7) && !access.changed);
+    CHECK(access_trust(&access, 8, ACCESS_ALWAYS) && access_store_keep_trust(&access, &ops, NULL));
+    begin(&access);
+    CHECK(!access_may(&access, 7) && !access_may(&access, 8));
+    trusted[0] = '\0';
+}
+
 static void what_is_no_address_is_not_trusted(void) {
     static const char *const texts[] = {"-",
                                         "xyz",
@@ -147,6 +166,7 @@ static void what_is_no_address_is_not_trusted(void) {
 
 int main(void) {
     trust_for_ever_survives_a_restart();
+    another_key_ends_all_trust();
     what_is_no_address_is_not_trusted();
     a_stored_key_is_the_key();
     a_new_controller_makes_its_own();

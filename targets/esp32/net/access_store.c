@@ -9,7 +9,7 @@ _Static_assert((int)ACCESS_KEY_BYTES == (int)ACCESS_KEY_MAX, "as long as the sto
 
 enum { DIGITS = 16 }; /* of an address, which commas separate */
 
-_Static_assert((int)ACCESS_TRUSTED *(DIGITS + 1) - 1 == (int)TRUSTED_MAX, "all have room");
+_Static_assert((int)ACCESS_STORED *(DIGITS + 1) - 1 == (int)TRUSTED_MAX, "all have room");
 
 static void make_key(char key[ACCESS_KEY_MAX + 1], const struct access_store_ops *ops, void *ctx) {
     uint8_t bytes[ACCESS_MADE_SIZE];
@@ -30,28 +30,28 @@ enum access_found access_store_load(char key[ACCESS_KEY_MAX + 1], const struct a
 }
 
 void access_store_load_trust(struct access *access, const struct access_store_ops *ops, void *ctx) {
-    uint64_t who[ACCESS_TRUSTED];
+    uint64_t stored[ACCESS_STORED];
     char text[TRUSTED_MAX + 1];
     unsigned count = 0;
     if (ops->read(ctx, NVS_TRUSTED, text, sizeof text) != NVS_TEXT_GOOD)
         return;
-    for (char *at = text; count < ACCESS_TRUSTED && strspn(at, "0123456789abcdef") == DIGITS;
+    for (char *at = text; count < ACCESS_STORED && strspn(at, "0123456789abcdef") == DIGITS;
          at += DIGITS + 1) {
         char *end;
-        who[count++] = strtoull(at, &end, 16);
+        stored[count++] = strtoull(at, &end, 16);
         if (*end == '\0')
             break;
     }
-    access_restore(access, who, count);
+    access_restore(access, stored, count);
 }
 
 bool access_store_keep_trust(struct access *access, const struct access_store_ops *ops, void *ctx) {
-    uint64_t who[ACCESS_TRUSTED];
+    uint64_t stored[ACCESS_STORED];
     char text[TRUSTED_MAX + 1] = "-"; /* none: a text that is empty is not stored */
-    const unsigned count = access_stored(access, who);
+    const unsigned count = access_stored(access, stored);
     for (unsigned i = 0; i < count; i++)
         snprintf(text + i * (DIGITS + 1), DIGITS + 2, i + 1 < count ? "%08x%08x," : "%08x%08x",
-                 (unsigned)(who[i] >> 32), (unsigned)(who[i] & UINT32_MAX));
+                 (unsigned)(stored[i] >> 32), (unsigned)(stored[i] & UINT32_MAX));
     access->changed = false;
     return ops->write(ctx, NVS_TRUSTED, text);
 }
