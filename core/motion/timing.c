@@ -162,7 +162,7 @@ static bool look(struct timing *timing, struct path *path) {
 }
 
 bool timing_backward(struct timing *timing, struct path *path, uint32_t most) {
-    struct timing_pass *pass = &timing->pass;
+    const struct timing_pass *pass = &timing->pass;
     if (!pass->runs || timing->whole)
         begin(timing, path);
     for (; (int32_t)(pass->at - path->kept) > 0; most--) {
