@@ -13,7 +13,7 @@ enum status reach_move(const struct machine *machine, const struct gcode_move *m
 /** The target lies within the travel, or soft limits are off. */
 bool reach_in_travel(const struct machine *machine, const double target_mm[AXIS_COUNT]);
 
-/** Shorten a straight way so that it ends where the travel ends, on the same line ($99). What begins outside
+/** Shorten a straight way so that it ends where the travel ends, on the same line ($56). What begins outside
  * stays as it is. Soft limits off: nothing is changed. @param[in,out] target_mm  where it ends */
 void reach_shorten(const struct machine *machine, const double from_mm[AXIS_COUNT],
                    double target_mm[AXIS_COUNT]);

@@ -84,6 +84,8 @@ struct settings {
     uint8_t homing_cycle_5_mask;
     /** $49 [axes] 0..63: Axes that $H homes sixth, together: X=1 Y=2 Z=4 A=8 B=16 C=32, added up. */
     uint8_t homing_cycle_6_mask;
+    /** $56: A `$J=` that leaves the travel ends where the travel ends ($20=1); off: error 15. */
+    bool jog_clamp;
     /** $57 [mm/min] 1..100000: Feed at which Z goes down to where a parked or interrupted job was left. */
     float return_feed_mm_min;
     /** $58 [mm] 0..100000: How far below machine zero Z parks ($42). */
@@ -144,8 +146,6 @@ struct settings {
     uint8_t laser_curve_80_pct;
     /** $98 [us] 0..2000: Laser: time from signal to light; changes of S go out so much earlier. */
     uint16_t laser_rise_us;
-    /** $99: A `$J=` that leaves the travel ends where the travel ends ($20=1); off: error 15. */
-    bool jog_clamp;
     /** $100..$105 [steps/mm] 0.001..20000: Steps that move the axis by 1 mm (1 degree). */
     float steps_per_mm[AXIS_COUNT];
     /** $110..$115 [mm/min] 0.001..1000000: Maximum speed of the axis, used by G0. */
@@ -224,6 +224,7 @@ enum setting_number {
     SETTING_HOMING_CYCLE_4_MASK = 47,
     SETTING_HOMING_CYCLE_5_MASK = 48,
     SETTING_HOMING_CYCLE_6_MASK = 49,
+    SETTING_JOG_CLAMP = 56,
     SETTING_RETURN_FEED_MM_MIN = 57,
     SETTING_PARKING_TARGET_MM = 58,
     SETTING_PARKING_FEED_MM_MIN = 59,
@@ -254,7 +255,6 @@ enum setting_number {
     SETTING_LASER_CURVE_60_PCT = 96,
     SETTING_LASER_CURVE_80_PCT = 97,
     SETTING_LASER_RISE_US = 98,
-    SETTING_JOG_CLAMP = 99,
     SETTING_STEPS_PER_MM = 100,
     SETTING_MAX_RATE_MM_MIN = 110,
     SETTING_ACCELERATION_MM_S2 = 120,

@@ -27,7 +27,7 @@ void seal_derive(const uint8_t secret[SHA256_SIZE], const uint8_t *device, const
 }
 
 /* @return the same at any byte order */
-static uint64_t number_of(const uint8_t mac[8]) {
+static uint64_t mac_number(const uint8_t mac[8]) {
     return (uint64_t)get_u32(mac + 4) << 32 | get_u32(mac);
 }
 
@@ -65,6 +65,6 @@ bool seal_open(struct seal *seal, const uint8_t *packet, size_t size, size_t cou
     if (end.session != seal->session) /* no secret, so a stranger's flood costs little */
         return false;
     /* One comparison of all bytes: the time does not tell how many were right. */
-    const uint64_t differs = siphash(seal->key, packet, size + SEAL_MAC_AT) ^ number_of(end.mac);
+    const uint64_t differs = siphash(seal->key, packet, size + SEAL_MAC_AT) ^ mac_number(end.mac);
     return differs == 0 && note_counter(seal, end.counter);
 }

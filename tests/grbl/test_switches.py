@@ -346,7 +346,7 @@ def test_jog_beyond_travel(grbl: Grbl) -> None:
 @pytest.fixture
 def clamped(grbl: Grbl) -> Grbl:
     """10 mm below the end of X and Y, 40 by 30 mm of travel, and jogs that end at its ends."""
-    grbl.fine("$22=1", "$130=40", "$131=30", "$20=1", "$99=1", "$J=G91X-10Y-10F5000", "G4P0")
+    grbl.fine("$22=1", "$130=40", "$131=30", "$20=1", "$56=1", "$J=G91X-10Y-10F5000", "G4P0")
     return grbl
 
 

@@ -23,6 +23,7 @@ VIRTUAL = {"support/stalled.py", "espsim/test_espsim_peripherals.py"}  # seconds
 # file -> waits there that no test fails by
 PACES = {
     "link/test_serve_link.py": {"watcher.wait(0.1)"},
+    "motion/motion_host.py": {"self.wait(0.001)"},
     "motion/test_motion_liveness.py": {"host.wait(0.002)"},
     "wire/test_lossy.py": {"monotonic() + 0.25"},
 }
