@@ -1,4 +1,4 @@
-"""The same program makes the same steps, however fast it is read and however seldom the tasks look: what a piece of the
+"""The same program makes the same steps, however fast it is read and however rarely the tasks look: what a piece of the
 path may do is decided by the pieces behind it, not by the time when they came."""
 
 from __future__ import annotations
@@ -90,7 +90,7 @@ def test_the_tasks_of_a_board_make_the_same_steps(name: str, tasks: Tasks, jerk_
 @pytest.mark.parametrize("poll_ms", [0.1, 0.7, 4.0, 11.0, 20.0])
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_it_does_not_matter_how_often_the_controller_looks(name: str, poll_ms: float) -> None:
-    """It looks for an instant, and then not for so long."""
+    """It looks for an instant, and then not for a while."""
     host = controller()
     host.look_each(poll_ms / 1000)
     run = host.run(PROGRAMS[name] + END)
