@@ -25,7 +25,6 @@ CPPCHECK = (
     "--enable=warning,style,performance,portability",
     "--std=c11",
     "--platform=unix64",
-    "-U__SSE__",  # core/motion/vec.h: each further case is another pass over all files that include it
     "--inline-suppr",
     "--error-exitcode=1",
     "--suppress=missingIncludeSystem",
