@@ -5,6 +5,7 @@ from __future__ import annotations
 import socket
 import time
 from collections.abc import Callable
+from contextlib import suppress
 
 import pytest
 from patience import HANG_S, wait_until
@@ -22,6 +23,7 @@ __all__ = ["serve"]
 
 KEY = "a secret of sixteen"
 ELSEWHERE = "127.0.0.67"
+MOTION_MS = 10  # of RawHost
 
 pytestmark = pytest.mark.skipif(ADDRESS == "127.0.0.1", reason="127.0.0.1 is the only address of this computer")
 
@@ -38,7 +40,7 @@ class RawHost:
         if not again:
             self.number += 1
             now_us = int(time.monotonic() * 1e6) & 0xFFFFFFFF
-            self.last = build(Motion(count=1), self.number, now_us, [Segment((10, 0, 0, 0, 0, 0), 10_000)])
+            self.last = build(Motion(count=1), self.number, now_us, [Segment((10, 0, 0, 0, 0, 0), 1000 * MOTION_MS)])
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as raw:
             raw.bind((address, 0))
             raw.sendto(self.last, (ADDRESS, UDP_PORT))
@@ -56,10 +58,17 @@ def tell(server: Server, *lines: str) -> None:
 
 
 def settled(device: Device) -> int:
-    """X, when what was sent before has come: the answer to a request is behind it."""
+    """X, when all of a motion that was sent before would be done: the answer to a request is behind it, reports of
+    before are thrown away, and then the controller's own clock goes on for longer than the motion takes."""
     device.request(Statistics(), StatisticsResponse)
-    time.sleep(0.05)
-    return position(device)[0]
+    listener = device.listen()
+    listener.setblocking(False)
+    with suppress(BlockingIOError):
+        while True:
+            listener.recv(512)
+    reports = device.reports(HANG_S)
+    begin_ms = next(reports).uptime_ms
+    return next(one.position_steps[0] for one in reports if one.uptime_ms - begin_ms > 10 * MOTION_MS)
 
 
 def test_a_host_that_knows_no_key_moves_from_a_trusted_address_only(serve: Callable[..., Server]) -> None:
