@@ -16,7 +16,7 @@ from wificnc.serve.options import Address
 from wificnc.serve.server import Server
 from wificnc.wmc3 import device as device_module
 from wificnc.wmc3.device import Device
-from wificnc.wmc3.layout import UDP_PORT, Jog, Motion, Segment, Statistics, StatisticsResponse
+from wificnc.wmc3.layout import UDP_PORT, Jog, Motion, Segment, State, Statistics, StatisticsResponse
 from wificnc.wmc3.packet import build
 
 __all__ = ["serve"]
@@ -55,6 +55,10 @@ def tell(server: Server, *lines: str) -> None:
     with Peer(sock.fileno(), sock) as peer:
         for line in (f"$LOGIN={KEY}", *lines):
             assert peer.ask(line)[-1] == "ok"
+
+
+def at_rest(device: Device) -> bool:
+    return next(device.reports(HANG_S)).state == State.IDLE
 
 
 def settled(device: Device) -> int:
@@ -110,9 +114,11 @@ def test_two_hosts_take_control_from_each_other(serve: Callable[..., Server], mo
             second.take()
             with pytest.raises(RefusedError, match="owner"):
                 first.command(Jog(0, 1, 1000))
+            wait_until(lambda: at_rest(first), "the jog of the owner of before ends")
             second.command(Jog(1, 1, 1000))
             wait_until(lambda: position(first)[1] > 0, "the new owner jogs")
             first.take()
+            wait_until(lambda: at_rest(first), "the second owner's jog ends")
             first.command(Jog(0, -1, 1000))
 
 
