@@ -67,7 +67,6 @@ struct serve {
     const char *store; /* that file; NULL: none */
     struct serve_control control;
     struct serve_wire wire;
-    double speed;
     bool has_pty;
     struct net_pty pty;
     uint64_t asked_ns; /* when observers' requests were last passed on */
@@ -292,7 +291,6 @@ struct serve *serve_create(const struct serve_options *options, struct serve_fai
     if (serve == NULL)
         return NULL;
     serve->events = options->events;
-    serve->speed = options->speed;
     serve->full_speed = !(options->speed > 0.0);
     memcpy(serve->stop_fd, options->stop_fd, sizeof serve->stop_fd);
     serve->listener = serve->control.listener = serve->claim = -1;
@@ -310,7 +308,7 @@ struct serve *serve_create(const struct serve_options *options, struct serve_fai
         serve_destroy(serve);
         return NULL;
     }
-    serve_clock_start(&serve->clock, options->speed * options->board.timer_hz, host_time_ticks(serve->host));
+    serve_clock_start(&serve->clock, options->speed, options->board.timer_hz, host_time_ticks(serve->host));
     return serve;
 }
 
@@ -408,7 +406,7 @@ static int wait_ms(const struct serve *serve) {
     int ms = host_next_ticks(serve->host) == UINT64_MAX ? RESTING_MS : MOVING_MS;
     uint32_t wire_us = serve_wire_wait_us(&serve->wire);
     /* The session counts virtual time, which passes `speed` times as fast as the wall clock. */
-    double wire_ms = wire_us == UINT32_MAX ? ms : (double)wire_us * 1e-3 / serve->speed;
+    double wire_ms = wire_us == UINT32_MAX ? ms : (double)wire_us * 1e-3 / serve->clock.speed;
     return wire_ms < ms ? (int)wire_ms : ms;
 }
 
@@ -476,7 +474,7 @@ int serve_run(struct serve *serve) {
         keep_trust(serve);
         net_hub_tick(&serve->hub, clock_us());
         read_clients(serve);
-        serve_control_read(&serve->control, &serve->poll[POLL_CONTROL], serve->host);
+        serve_control_read(&serve->control, &serve->poll[POLL_CONTROL], serve->host, &serve->clock);
         serve_wire_read(&serve->wire);
         accept_all(serve);
         ask_sometimes(serve);

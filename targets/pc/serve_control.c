@@ -7,6 +7,7 @@
 #include "virtual.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 /* Second motors, where they are elsewhere than the first. */
@@ -58,10 +59,34 @@ static bool says(const char *line, const char *word) {
     return line[strspn(line, " \t\r\n")] == '\0';
 }
 
-/* One command. @param[out] answer  one line with its end */
-static void obey(struct host *host, const char *line, char answer[CONTROL_ANSWER_SIZE]) {
+#define SPEED_MAX 1e6
+
+/* The number after the word `speed`. @return NULL and it is in force, or what is wrong */
+static const char *set_speed(struct serve_clock *clock, const char *number, uint64_t done_ticks) {
+    char *end;
+    double speed = strtod(number, &end);
+    if (!(clock->speed > 0.0))
+        return "this controller runs as fast as it can, without a clock: start it with another --speed";
+    if (end == number || end[strspn(end, " \t\r\n")] != '\0' || !(speed > 0.0 && speed <= SPEED_MAX))
+        return "speed N, above 0 and up to 1000000: so many times real time";
+    serve_clock_set_speed(clock, speed, done_ticks);
+    return NULL;
+}
+
+static const char *do_line(struct host *host, struct serve_clock *clock, const char *line) {
     struct hands_action action;
-    const char *wrong = NULL;
+    line += strspn(line, " \t\r\n");
+    if (strncmp(line, "speed", 5) == 0 && (line[5] == '\0' || strchr(" \t\r\n", line[5]) != NULL))
+        return set_speed(clock, line + 5, host_time_ticks(host));
+    const char *wrong = hands_read(host, line, &action);
+    if (wrong == NULL)
+        hands_do(host, &action);
+    return wrong;
+}
+
+/* One command. @param[out] answer  one line with its end */
+static void obey(struct host *host, struct serve_clock *clock, const char *line,
+                 char answer[CONTROL_ANSWER_SIZE]) {
     if (says(line, "state")) {
         say_state(host, answer);
         return;
@@ -70,8 +95,7 @@ static void obey(struct host *host, const char *line, char answer[CONTROL_ANSWER
         say_counters(host, answer);
         return;
     }
-    if (!says(line, "") && (wrong = hands_read(host, line, &action)) == NULL)
-        hands_do(host, &action);
+    const char *wrong = says(line, "") ? NULL : do_line(host, clock, line);
     snprintf(answer, CONTROL_ANSWER_SIZE, wrong == NULL ? "ok\n" : "error: %s\n", wrong);
 }
 
@@ -84,7 +108,7 @@ static void drop(struct control_client *client) {
 
 /* An answer that does not fit into the connection ends it: no one reads there. */
 static void take(const struct serve_control *control, struct control_client *client, char byte,
-                 struct host *host) {
+                 struct host *host, struct serve_clock *clock) {
     char answer[CONTROL_ANSWER_SIZE];
     if (byte != '\n') {
         if (client->size < CONTROL_LINE_SIZE - 1)
@@ -94,19 +118,19 @@ static void take(const struct serve_control *control, struct control_client *cli
     client->line[client->size] = '\0';
     client->size = 0;
     if (control->module == NULL || !host_module_line(control->module, client->line, answer, sizeof answer))
-        obey(host, client->line, answer);
+        obey(host, clock, client->line, answer);
     if (client->stream.ops->write(&client->stream, answer, strlen(answer)) != (long)strlen(answer))
         drop(client);
 }
 
-static void read_client(const struct serve_control *control, struct control_client *client,
-                        struct host *host) {
+static void read_client(const struct serve_control *control, struct control_client *client, struct host *host,
+                        struct serve_clock *clock) {
     char bytes[512];
     long count = client->stream.ops->read(&client->stream, bytes, sizeof bytes);
     if (count < 0)
         drop(client);
     for (long i = 0; i < count && client->stream.ops != NULL; i++)
-        take(control, client, bytes[i], host);
+        take(control, client, bytes[i], host, clock);
 }
 
 static void accept_one(struct serve_control *control) {
@@ -132,10 +156,10 @@ void serve_control_fill_poll(const struct serve_control *control, struct port_po
 }
 
 void serve_control_read(struct serve_control *control, const struct port_poll polls[CONTROL_POLLS],
-                        struct host *host) {
+                        struct host *host, struct serve_clock *clock) {
     for (size_t i = 0; i < CONTROL_CLIENTS; i++)
         if (polls[i].found != 0 && control->client[i].stream.ops != NULL)
-            read_client(control, &control->client[i], host);
+            read_client(control, &control->client[i], host, clock);
     if (polls[CONTROL_CLIENTS].found != 0)
         accept_one(control);
 }

@@ -8,6 +8,8 @@
  *   pin N high|low|open   of an I/O module: what holds that line from outside
  *   pins                  of an I/O module: which pins are outputs, and their levels
  *
+ *   speed N               virtual time passes N times as fast as the wall clock from now on
+ *
  *   counters              lines answered, blocks planned, times the look-ahead or the span ring ran dry
  *
  * Each line is answered by one line: `ok`, `error: why`, or what was asked for. */
@@ -18,6 +20,7 @@
 #include "host_module.h"
 #include "net_stream.h"
 #include "port.h"
+#include "serve_clock.h"
 
 struct host;
 
@@ -45,7 +48,7 @@ void serve_control_fill_poll(const struct serve_control *control, struct port_po
 
 /** Do what came. */
 void serve_control_read(struct serve_control *control, const struct port_poll polls[CONTROL_POLLS],
-                        struct host *host);
+                        struct host *host, struct serve_clock *clock);
 
 void serve_control_close(struct serve_control *control);
 

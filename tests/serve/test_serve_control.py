@@ -128,3 +128,22 @@ def test_answers(server: Server, line: str, answer: str) -> None:
     sender, hands = doors(server)
     with sender, hands:
         assert say(hands, line) == answer
+
+
+def test_the_clock_can_be_slowed_and_hurried(serve: Serve) -> None:
+    """An hour of cutting is still there when it is looked at, and over when the clock is told to hurry."""
+    sender, hands = doors(serve(speed=1.0, control=0))
+    with sender, hands:
+        assert sender.ask("G1X600F10") == ["ok"]
+        assert say(hands, "speed 0.01") == "ok"
+        assert sender.status().startswith("<Run")
+        assert say(hands, "speed 100000") == "ok"
+        assert sender.idle_position_mm()[0] == 600.0
+        for wrong in ("speed", "speed 0", "speed -1", "speed fast", "speed 1 2", "speed nan", "speed 1e9"):
+            assert say(hands, wrong) == "error: speed N, above 0 and up to 1000000: so many times real time"
+
+
+def test_a_controller_without_a_clock_has_no_speed(server: Server) -> None:
+    sender, hands = doors(server)
+    with sender, hands:
+        assert say(hands, "speed 2").startswith("error: this controller runs as fast as it can")

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from bridge import Bridge
+from patience import HANG_S
 from playwright.sync_api import Locator, Page, expect
 from slow import slow_but
 from web_fixture import Watched, serving
@@ -17,6 +18,18 @@ from wificnc.serve.page import About, PageServer
 from wificnc.serve.server import Server
 
 ABOUT = About("WiFiCNC in a test", "0", "host", 6)
+
+
+def hands_say(server: Server, line: str) -> str:
+    """A line at the control door."""
+    host, _, port = (server.control or "").rpartition(":")
+    with socket.create_connection((host, int(port)), HANG_S) as door:
+        door.sendall(f"{line}\n".encode())
+        with door.makefile() as answers:
+            return answers.readline().strip()
+
+
+SLOW = 0.05  # of real time: a second of cutting takes 20 s, however long a busy computer takes for a click
 
 
 class Console:
@@ -46,11 +59,11 @@ class Console:
 
     def hands(self, line: str) -> str:
         """A line at the control door."""
-        host, _, port = (self.server.control or "").rpartition(":")
-        with socket.create_connection((host, int(port)), 5.0) as door:
-            door.sendall(f"{line}\n".encode())
-            with door.makefile() as answers:
-                return answers.readline().strip()
+        return hands_say(self.server, line)
+
+    def clock(self, speed: float) -> None:
+        """The machine's time, as a part of real time: slow while the page must be in time for what is under way."""
+        assert self.hands(f"speed {speed:g}") == "ok"
 
 
 @pytest.fixture(params=slow_but("socket".__eq__, ["socket", "serial"]))

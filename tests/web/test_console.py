@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from console_page import SWITCHES, Console, home, load, square, typed
+from console_page import SLOW, SWITCHES, Console, home, load, square, typed
 from playwright.sync_api import Locator, expect
 from web_fixture import Watched
 from wificnc.link.settings import read_file
@@ -149,14 +149,16 @@ def test_measured_waves_become_settings(socket_link: Callable[..., Console]) -> 
 
 
 def test_a_whole_job_with_a_hold_in_the_middle(link: Callable[..., Console]) -> None:
-    console = link(speed=2.0)
+    console = link()
     load(console, square(60))
     expect(console.page.get_by_text("Check passed")).to_be_visible()
+    console.clock(SLOW)
     console.by("job-start").click()
     console.is_in("Run")
     console.by("hold").click()
     console.is_in("Hold")
     expect(console.by("state")).to_have_attribute("data-substate", "0")  # 1: it is still slowing down
+    console.clock(4)
     held = console.hands("state")
     assert held == console.hands("state"), "nothing moves in a hold"
     expect(console.by("job-lines")).not_to_have_text("243 of 243")
@@ -180,7 +182,7 @@ def test_a_refused_line_stops_the_job_and_keeps_the_position(socket_link: Callab
 
 
 def test_stop(socket_link: Callable[..., Console]) -> None:
-    console = socket_link()
+    console = socket_link(speed=SLOW)
     load(console, square(100))
     console.by("job-start").click()
     console.is_in("Run")
@@ -195,6 +197,7 @@ def test_the_link_is_lost_and_the_job_resumed(link: Callable[..., Console]) -> N
     load(console, square(480))
     console.by("job-start").click()
     console.is_in("Run")
+    console.clock(SLOW)  # what was sent lasts until the link is there again
     console.cut()
     expect(console.page.get_by_text("The connection was lost during the job")).to_be_visible()
     console.mend()
@@ -202,6 +205,7 @@ def test_the_link_is_lost_and_the_job_resumed(link: Callable[..., Console]) -> N
     console.by("job-stop").wait_for(state="detached")
     console.by("hold").click()  # what was sent continues by itself: hold it, and forget it
     console.is_in("Hold")
+    console.clock(5)
     console.by("reset").click()
     console.is_in("Idle")
     line = int(console.by("resume-line").input_value())
@@ -220,12 +224,12 @@ def test_the_link_is_lost_and_the_job_resumed(link: Callable[..., Console]) -> N
 
 
 # Four seconds of cutting in three lines: all are acknowledged before the first one is cut.
-SLOW = "G21G90\nG1X20F300\nG1X21\nG1X22\n"
+CUTS = "G21G90\nG1X20F300\nG1X21\nG1X22\n"
 
 
 def test_done_is_what_was_cut_and_not_what_was_acknowledged(socket_link: Callable[..., Console]) -> None:
-    console = socket_link()
-    load(console, SLOW)
+    console = socket_link(speed=SLOW)
+    load(console, CUTS)
     console.by("job-start").click()
     console.is_in("Run")
     expect(console.page.get_by_label("Lines of the job")).to_contain_text("▸     2  G1X20F300")
@@ -244,7 +248,7 @@ def test_done_is_what_was_cut_and_not_what_was_acknowledged(socket_link: Callabl
 @pytest.mark.slow
 def test_a_job_runs_until_the_machine_rests(socket_link: Callable[..., Console]) -> None:
     console = socket_link(speed=4.0)
-    load(console, SLOW)
+    load(console, CUTS)
     console.by("job-start").click()
     expect(console.page.get_by_text("The job is finished")).to_be_visible()
     console.is_in("Idle")
@@ -282,8 +286,8 @@ def nothing_can_be_written(console: Console, why: str) -> None:
 
 @pytest.mark.slow
 def test_nothing_is_written_between_the_lines_of_a_job(socket_link: Callable[..., Console]) -> None:
-    console = socket_link()
-    load(console, SLOW)
+    console = socket_link(speed=SLOW)
+    load(console, CUTS)
     console.by("job-start").click()
     console.is_in("Run")
     nothing_can_be_written(console, "A job is running: stop it, or wait until it is finished.")
@@ -302,7 +306,7 @@ def test_nothing_is_written_between_the_lines_of_a_job(socket_link: Callable[...
 
 def test_nothing_is_written_into_a_hold(socket_link: Callable[..., Console]) -> None:
     """It would wait there, and be carried out in the middle of what comes after."""
-    console = socket_link()
+    console = socket_link(speed=SLOW)
     console.tab("terminal")
     console.by("terminal-line").fill("G1X20F300")
     console.by("terminal-line").press("Enter")
@@ -328,6 +332,7 @@ def test_a_comment_in_any_language_opens_no_door(link: Callable[..., Console]) -
     console.is_in("Idle")
     console.tab("control")
     console.stands_at(X=1)
+    console.clock(SLOW)
     typed(console, "G1X20F300")
     console.is_in("Run")
     typed(console, "!")

@@ -7,7 +7,8 @@ from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 
 import pytest
-from console_page import Console, load, typed
+from console_page import SLOW, Console, hands_say, load, typed
+from patience import HANG_S
 from playwright.sync_api import expect
 from web_fixture import Watched
 from wificnc.serve.page import PageServer
@@ -19,7 +20,7 @@ class Sender:
 
     def __init__(self, server: Server) -> None:
         host, _, port = (server.tcp or "").rpartition(":")
-        self.socket = socket.create_connection((host, int(port)), 10.0)
+        self.socket = socket.create_connection((host, int(port)), HANG_S)
         self.file = self.socket.makefile("rb")
 
     def __enter__(self) -> Sender:
@@ -98,7 +99,7 @@ def test_settings_of_a_machine_that_was_met_in_a_job(
     senders: Callable[[Server], Sender],
 ) -> None:
     """They are not answered while it moves, and asked for when it rests."""
-    server, served = serve_page()
+    server, served = serve_page(speed=SLOW)
     sender = senders(server)
     sender.send("G21G91G1X3F60")
     sender.until("ok")
@@ -107,6 +108,7 @@ def test_settings_of_a_machine_that_was_met_in_a_job(
     page.locator("[data-test=take]").click()
     page.locator("[data-test=take-anyway]").click()
     expect(page.locator("[data-test=state]")).to_have_text("Run")
+    assert hands_say(server, "speed 4") == "ok"
     expect(page.locator("[data-test=state]")).to_have_text("Idle")
     page.click("#tab-settings")
     expect(page.locator("[data-test=setting-110]")).to_be_visible()
@@ -136,7 +138,7 @@ def test_an_observer_can_hold(
 
 
 def test_leaving_a_machine_at_work_is_asked_for(socket_link: Callable[..., Console]) -> None:
-    console = socket_link()
+    console = socket_link(speed=SLOW)
     typed(console, "G21G91G1X10F300")
     console.is_in("Run")
     console.by("disconnect").click()
@@ -171,7 +173,7 @@ def test_a_controller_that_someone_else_has_reset_says_so(
 
 
 def test_a_lost_link_comes_back_by_itself_and_nothing_continues(link: Callable[..., Console]) -> None:
-    console = link()
+    console = link(speed=SLOW)
     typed(console, "G21G91G1X2F60")
     console.is_in("Run")
     console.cut()

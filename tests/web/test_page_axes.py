@@ -9,6 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from patience import HANG_S
 from playwright.sync_api import Page, expect
 from web_fixture import Watched
 from wificnc.board.load import load_board
@@ -69,7 +70,7 @@ def test_it_homes_and_zeroes_these_axes_alone(built_page: Path, watched: Callabl
     with page_of(built_page, watched, *PROFILE.settings_lines(), *fast) as (page, server):
         expect(page.locator("[data-test=state]")).to_have_text("Alarm")
         host, _, port = (server.control or "").rpartition(":")
-        with socket.create_connection((host, int(port)), 5.0) as hands, hands.makefile() as answers:
+        with socket.create_connection((host, int(port)), HANG_S) as hands, hands.makefile() as answers:
             for axis in "xyz":
                 hands.sendall(f"travel {axis} -110 5\n".encode())
                 assert answers.readline().strip() == "ok"

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 
 import pytest
-from console_page import Console, load, typed
+from console_page import SLOW, Console, load, typed
 from playwright.sync_api import expect
 
 CAM = "G21G90G0Z5\nT2 M6 (3 mm end mill)\nG0X1\nG1Z0F600\nX3\n"
@@ -48,6 +48,7 @@ def test_a_return_that_is_refused_says_why(socket_link: Callable[..., Console]) 
     console = socket_link(settings=("$22=1", "$20=1", "$130=100", "$131=100", "$132=20"))
     console.by("unlock").click()
     console.is_in("Idle")
+    console.clock(SLOW)
     typed(console, "G53G1X-50Y-50Z-2F3000")
     console.is_in("Run")
     console.by("hold").click()

@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 
 import pytest
-from console_page import Console, typed
+from console_page import SLOW, Console, typed
 from playwright.sync_api import expect
 
 
@@ -46,6 +46,7 @@ def test_a_probe_that_finds_nothing_sets_nothing_and_can_be_stopped(socket_link:
     console.by("probe-start").click()
     expect(console.page.get_by_text("The probe found nothing on its way along Z")).to_be_visible()
     console.is_in("Idle")
+    console.clock(SLOW)
     console.by("probe-reach_mm").fill("100")
     console.by("probe-start").click()
     console.is_in("Run")

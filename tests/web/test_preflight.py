@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 
 import pytest
-from console_page import SWITCHES, Console, home, load, typed
+from console_page import SLOW, SWITCHES, Console, home, load, typed
 from playwright.sync_api import Locator, expect
 
 WIDE = "G21G90G17G54\nG0X0Y0Z5\nG1Z-1F500\nG1X250F3000\nG1Y10\nG0Z5\n"
@@ -52,6 +52,7 @@ def test_without_soft_limits_the_travel_still_counts(socket_link: Callable[..., 
     load(console, WIDE)
     expect(console.page.get_by_text("X: the job does not fit the machine")).to_be_visible()
     refused(console, "X moves from -200.0 to 50.0 mm in machine coordinates; its travel is from -300.0 to 0.")
+    console.clock(SLOW)
     console.by("job-start").click()
     console.by("start-anyway").click()
     expect(console.by("job-stop")).to_be_visible()

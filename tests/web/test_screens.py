@@ -9,6 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from console_page import SLOW
 from playwright.sync_api import Page, expect
 from slow import slow_but
 from web_fixture import DESKTOP, Watched
@@ -75,7 +76,7 @@ CAM = "%\nO1000 (BRACKET)\nT1 M6\nG21G90G0Z1\nG1X20Y10F300\nY0\nT2 M6\nG0X0\nM30
 @pytest.mark.parametrize("look", slow_but("light".__eq__, LOOKS))
 def test_what_a_job_forbids(opened: Callable[..., Page], look: str) -> None:
     """The question before a lift; a job that waits for its tool, and what cannot be pressed meanwhile."""
-    page = opened(look)
+    page = opened(look, speed=SLOW)
     page.click("[data-test=go-to-zero]")
     expect(page.locator("[data-test=lift]")).to_be_visible()
     page.screenshot(path=SCREENS / f"lift-{look}.png")
