@@ -20,11 +20,20 @@ CHIP_IDS = {"esp32": 0, "esp32s3": 9}
 SIZES = {1: 0, 2: 1, 4: 2, 8: 3, 16: 4}
 os.environ["ESPTOOL_CFGFILE"] = str(Path(__file__).with_name("esptool.cfg"))  # esptool reads it when it is imported
 
-# The mock forgets its state three seconds after a write, also in the middle of what comes next over the same pty.
+# The mock forgets its state three seconds after a write, also in the middle of what comes next over the same pty; and
+# while its flash is read it gives up when a word of the reader is 50 ms late, as on a busy computer each one may be.
 RUN_MOCK = """\
 import sys
 from esp32_mock_bootloader import cli, server
 server._FLASH_END_IDLE_SEC = 1e9
+read = server.perform_read_flash_stream
+def patient_read(connection, *arguments):
+    connection.set_timeout(1e3)
+    try:
+        read(connection, *arguments)
+    finally:
+        connection.set_timeout(server._CLIENT_RECV_TIMEOUT)
+server.perform_read_flash_stream = patient_read
 sys.exit(cli.main())
 """
 
