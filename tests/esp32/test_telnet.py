@@ -21,7 +21,7 @@ class Client:
     """A connection, and what came over it."""
 
     def __init__(self, port: int, here: str = "127.0.0.1") -> None:
-        self.socket = socket.create_connection(("127.0.0.1", port), 10, (here, 0))
+        self.socket = socket.create_connection(("127.0.0.1", port), HANG_S, (here, 0))
         self.said = b""
 
     def send(self, data: bytes) -> None:

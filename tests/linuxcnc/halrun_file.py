@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
 
+from patience import HANG_S
 from wificnc.board.load import load_board
 from wificnc.linuxcnc.source import PROGRAM
 from wificnc.serve.options import ServeOptions
@@ -20,7 +21,7 @@ SETTINGS = (*(f"${base + ax}={value}" for base, value in RATES for ax in range(3
 WAIT = """#!/bin/sh
 name=$1
 shift
-for try in $(seq 300); do
+for try in $(seq 1200); do
     missing=
     for word; do
         case $pin in
@@ -111,7 +112,7 @@ def serve(address: str) -> Server:
 def stands(address: str) -> Status:
     """Its report when it does not move any more."""
     with Device(address) as device:
-        for before, after in pairwise(device.reports(5)):
+        for before, after in pairwise(device.reports(HANG_S)):
             if before.position_steps == after.position_steps and after.state == State.IDLE:
                 return after
     raise AssertionError("it does not stand")

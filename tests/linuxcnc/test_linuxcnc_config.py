@@ -302,7 +302,7 @@ def test_linuxcnc_moves_a_machine_to_the_step(user_home: Path, as_user: Callable
         hands(server, "travel x -3 90", "travel y -90 3", "travel z -90 3", "surface -6.2", "input 2 on")
         as_user("linuxcnc", "-r", str(ini))
         with Device(ADDRESS) as device:
-            status = list(device.reports(0.3))[-1]
+            status = next(device.reports(HANG_S))
     assert status.position_steps[:3] == tuple(round(mm * 800) for mm in (-31.23, -4.56, -7.89))
     homed, probed, tripped, inputs = ast.literal_eval((user_home / "config" / "said").read_text())
     assert homed == pytest.approx((-59, -1, -1), abs=0.5 / 800)

@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
+from itertools import islice
 from pathlib import Path
 
 import pytest
@@ -110,7 +111,7 @@ def test_a_component_that_is_late_cuts_no_corner(
         run = pool.submit(as_user, "halrun", "-f", script)
         places = []
         while not run.done():
-            places += [report.position_steps[:2] for report in device.reports(0.2)]
+            places += [report.position_steps[:2] for report in islice(device.reports(HANG_S), 20)]
         run.result()
     on_the_way = [place for place in places if place != (1, 1)]
     assert places[-1] == (300, 300)

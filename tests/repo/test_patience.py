@@ -17,11 +17,16 @@ TESTS = Path(__file__).resolve().parents[1]
 SHORT_S = 100.0
 # A number of seconds after which a test would fail, or give up.
 CAP = re.compile(
-    r"(?:\bmonotonic\(\) \+ |\btimeout=|\bcap_s=|\bmost_s=|\.wait\(|\.join\(|\bsettimeout\()([0-9][0-9_.]*)\b(?! \*)"
+    r"(?:\bmonotonic\(\) \+ |\btimeout=|\bcap_s=|\bmost_s=|\.wait\(|\.join\(|\bsettimeout\(|\.reports\(|"
+    r"\bcreate_connection\(\([^()]*(?:\([^()]*\))?[^()]*\), )([0-9][0-9_.]*)\b(?! \*)"
 )
 VIRTUAL = {"support/stalled.py", "espsim/test_espsim_peripherals.py"}  # seconds or cycles of the machine
 # file -> waits there that no test fails by
 PACES = {
+    "esp32/test_shut_out.py": {  # strangers who come again and again
+        'create_connection(("127.0.0.1", port), 1',
+        'create_connection(("127.0.0.1", ports.telnet), 1',
+    },
     "link/test_serve_link.py": {"watcher.wait(0.1)"},
     "motion/motion_host.py": {"self.wait(0.001)"},
     "motion/test_motion_liveness.py": {"host.wait(0.002)"},
@@ -43,7 +48,17 @@ def test_no_wait_ends_early() -> None:
         assert found == [], f"{name}: a busy computer is later than that; take HANG_S of tests/support/patience.py"
 
 
-@pytest.mark.parametrize("text", ["process.wait(10)", "run(a, timeout=20)", "end = time.monotonic() + 30"])
+@pytest.mark.parametrize(
+    "text",
+    [
+        "process.wait(10)",
+        "run(a, timeout=20)",
+        "end = time.monotonic() + 30",
+        "next(device.reports(1.0))",
+        "socket.create_connection((host, int(port)), 5)",
+        "socket.create_connection((ADDRESS, PORT), 5, (HERE, 0))",
+    ],
+)
 def test_a_short_one_is_found(text: str) -> None:
     assert len(short_caps(text)) == 1
     assert short_caps(text.replace(re.findall(r"\d+", text)[0], "HANG_S")) == []

@@ -12,7 +12,7 @@ const STATUS = 0x20, ACK = 0x24, STREAM_ACK = 0x25, REFUSED = 0x26;
 const HANDSHAKE = 0x40, CONFIG_GET = 0x42, CONFIG_SET = 0x43, OPEN = 0x60, CLOSE = 0x62, CHALLENGE = 0x65, AUTHENTICATE = 0x67, AUTHENTICATED = 0x6c;
 const CONFIG_SAVE = 0x45;
 const U8 = 0, U16 = 1, FLOAT = 4, STRING = 5, LAST = 0x02;
-const REPLY_MS = 3000, RESEND_MS = 30, ASK_MS = 20;
+const REPLY_MS = 100_000, RESEND_MS = 30, ASK_MS = 20;
 const IDLE = 0, ESTOPPED = 7;
 
 const sleep = (ms) => new Promise((done) => setTimeout(done, ms));

@@ -218,7 +218,7 @@ class Lossy:
                 return
             self._keep(host)
             try:
-                device = self._keep(socket.create_connection((self.device, CONTROL_PORT), 5, (self.local, 0)))
+                device = self._keep(socket.create_connection((self.device, CONTROL_PORT), HANG_S, (self.local, 0)))
             except OSError:
                 host.close()
                 continue

@@ -75,7 +75,7 @@ def statistics(device: Device) -> StatisticsResponse:
 
 def position(device: Device) -> tuple[int, ...]:
     """Where it is, as two reports say it one after the other."""
-    for before, after in pairwise(device.reports(5)):
+    for before, after in pairwise(device.reports(HANG_S)):
         if before.position_steps == after.position_steps and after.state == State.IDLE:
             return after.position_steps
     raise AssertionError("it does not stand")
@@ -205,7 +205,7 @@ def test_hold_on_gap_stops_before_what_is_behind_the_gap(make_network: Callable[
         wait_until(lambda: network.to_device.lost == 1, "it is lost")
         network.loss = 0.0
         post(*[(0, 50)] * 8)
-        reports = device.reports(10)
+        reports = device.reports(HANG_S)
         report = next(report for report in reports if report.state == State.HOLD)
         still = next(after for before, after in pairwise(reports) if before.position_steps == after.position_steps)
         assert report.position_steps[1] == still.position_steps[1] == 0, "no cut where no one wanted one"

@@ -74,7 +74,7 @@ def invoke(*arguments: str, code: int = 0) -> str:
 
 
 def position(device: Device) -> tuple[int, ...]:
-    report = next(device.reports(1.0))
+    report = next(device.reports(HANG_S))
     return report.position_steps
 
 
@@ -94,7 +94,7 @@ def test_every_command(serve: Callable[..., Server], tmp_path: Path) -> None:
     assert json.loads(invoke("counters", "--json"))["done"] == 15
     invoke("jog", "--", "Z", "-1000", "0.2")
     with Device(ADDRESS) as device:
-        wait_until(lambda: next(device.reports(1)).state == State.IDLE, "the jog ends")
+        wait_until(lambda: next(device.reports(HANG_S)).state == State.IDLE, "the jog ends")
         assert position(device)[2] < -100
     invoke("hold")
     invoke("resume")
@@ -119,8 +119,9 @@ def test_every_command(serve: Callable[..., Server], tmp_path: Path) -> None:
 
 def test_discovery(serve: Callable[..., Server]) -> None:
     serve()
-    found = list(find_devices(0.5, ADDRESS))
-    assert [(address, status.state) for address, status in found] == [(ADDRESS, State.IDLE)]
+    address, status = next(find_devices(HANG_S, ADDRESS))
+    assert (address, status.state) == (ADDRESS, State.IDLE)
+    assert len(list(find_devices(0.3, ADDRESS))) <= 1, "each once"
 
 
 def test_an_access_key(serve: Callable[..., Server]) -> None:
@@ -149,7 +150,8 @@ def test_silent_connections_shut_no_host_out(serve: Callable[..., Server]) -> No
     serve(speed=20.0)
     with ExitStack() as stack:
         crowd = [
-            stack.enter_context(socket.create_connection((ADDRESS, CONTROL_PORT), 5, (STRANGER, 0))) for _ in range(8)
+            stack.enter_context(socket.create_connection((ADDRESS, CONTROL_PORT), HANG_S, (STRANGER, 0)))
+            for _ in range(8)
         ]
         device = stack.enter_context(Device(ADDRESS))
         device.request(Ping(1), Pong)
@@ -189,7 +191,7 @@ def framed(*packets: bytes) -> bytes:
 
 
 def connection() -> socket.socket:
-    return socket.create_connection((ADDRESS, CONTROL_PORT), 5)
+    return socket.create_connection((ADDRESS, CONTROL_PORT), HANG_S)
 
 
 def is_ended(client: socket.socket) -> bool:
@@ -364,7 +366,7 @@ def test_an_io_module(serve: Callable[..., Server]) -> None:
     invoke("output", "3", "on")
     assert control(server, "pins").endswith("level 0x0000000000000000")
     with Device(ADDRESS) as device:
-        wait_until(lambda: next(device.reports(1)).io_inputs == 0xFFF6, "channel 0 is low")
+        wait_until(lambda: next(device.reports(HANG_S)).io_inputs == 0xFFF6, "channel 0 is low")
     report = json.loads(invoke("status", "--json"))
     assert [channel["number"] for channel in report["channels"] if channel["on"]] == [1, 2, *range(3, 16)]
     assert "output" in invoke("status") and "channel" in invoke("channel", "3")
