@@ -97,9 +97,9 @@ def without_second(board: Board) -> Board:
     ("engine", "board_id"),
     [
         ("gpio", "esp32s3-devkitc-gantry"),
-        pytest.param("rmt", "esp32s3-devkitc-gantry", marks=pytest.mark.slow),
+        pytest.param("rmt", "esp32s3-devkitc-gantry", marks=pytest.mark.deep),
         pytest.param("i2s", "mks-tinybee-gantry", marks=pytest.mark.slow),
-        pytest.param("spi", "esp32s3-devkitc-shift", marks=pytest.mark.slow),
+        pytest.param("spi", "esp32s3-devkitc-shift", marks=pytest.mark.deep),
     ],
 )
 def test_a_second_motor_costs_the_step_interrupt_nothing(tools: Toolchain, engine: str, board_id: str) -> None:
