@@ -131,7 +131,7 @@ def test_answers(server: Server, line: str, answer: str) -> None:
 
 
 def test_the_clock_can_be_slowed_and_hurried(serve: Serve) -> None:
-    """An hour of cutting is still there when it is looked at, and over when the clock is told to hurry."""
+    """An hour of cutting is still there when it is looked at, and over when the clock is hurried."""
     sender, hands = doors(serve(speed=1.0, control=0))
     with sender, hands:
         assert sender.ask("G1X600F10") == ["ok"]

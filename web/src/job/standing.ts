@@ -112,12 +112,13 @@ export function unplacedAxes(standing: Standing, min_mm: readonly number[], max_
   return [...AXES].filter((axis, i) => moves(i) && Number(standing.settings.get(TRAVEL + i) ?? 0) > 0 && !standing.homed.includes(axis)).join("");
 }
 
-/** Whether a job that was checked for one would be another one for the other; the place alone changes nothing. */
+/** Whether a job that was checked for one would be another one for the other; the place alone changes nothing. Where work
+ *  zero is comes with reports, which may be later than the answers to `$#` and `$G`. */
 export function standsAlike(a: Standing, b: Standing): boolean {
   return keyOf(a) === keyOf(b);
 }
 
-function keyOf({ settings, offsets, modes, homed }: Standing): string {
+function keyOf({ settings, offsets, origin_mm, modes, homed }: Standing): string {
   const chosen = modes.split(" ").filter((word) => MODE.test(word) && !/^[FS]/.test(word));
-  return JSON.stringify([[...settings], [...offsets], chosen, [...homed].sort()]);
+  return JSON.stringify([[...settings], [...offsets], origin_mm, chosen, [...homed].sort()]);
 }
