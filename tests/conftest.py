@@ -25,8 +25,8 @@ use_made_key()
 
 # Folders that take longest, the longest first: a long one that starts last leaves the other workers idle.
 LONGEST_FIRST = (
-    *("web", "build", "pic32mz", "xtensa", "motion", "states", "esp32", "serve", "grbl", "wire", "repo"),
-    *("release", "cli", "linuxcnc", "link"),
+    *("web", "build", "pic32mz", "release", "grbl", "xtensa", "motion", "states", "esp32", "senders", "serve"),
+    *("repo", "wire", "gcode", "cli", "linuxcnc", "link"),
 )
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from esp32_registers import ESP32, FLAGS, HERE, ROOT, build_folder, chip_folder, objects
 from patience import HANG_S
-from slow import slow_but
+from slow import deep_but
 from wificnc.board.load import load_board
 from wificnc.build.compiler import locate_compiler
 from xtensa.headers import by_rmt
@@ -47,7 +47,8 @@ def sources(chip: str) -> list[Path]:
     return [*models, *sorted((ROOT / "core").rglob("*.c")), *sorted((ROOT / "targets" / "chip").glob("*.c")), *parts]
 
 
-@pytest.mark.parametrize("target", slow_but(QUICK.__eq__, BOARDS, KEPT.__contains__), ids="-".join)
+@pytest.mark.slow  # all of the core for a board of its own; tests/grbl has a quick one
+@pytest.mark.parametrize("target", deep_but(KEPT.__contains__, BOARDS), ids="-".join)
 def test_a_crooked_gantry_homes_square(target: tuple[str, str, str], tmp_path: Path) -> None:
     """By the board file, and on boards without a gantry by $211."""
     chip, engine, board_id = target

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from board_keys import published_keys
 from patience import HANG_S
+from slow import slow_but
 from wificnc.board.header import pin_header_text, write_if_changed
 from wificnc.board.load import find_boards, load_board
 from wificnc.build.checkout import checkout_root
@@ -17,6 +18,8 @@ from wificnc.build.host import build_program
 HERE = Path(__file__).parent
 FACTS = (0x0312, 0x0525, 0x0704)  # e-stop's sense, the encoder's filter, the SPI controller of Ethernet
 ESP32 = checkout_root() / "targets" / "esp32"
+BOARDS = [path.stem for path in find_boards() if load_board(path).target == "esp32"]
+QUICK = ("esp32-wroom32", "esp32s3-devkitc-gantry", "esp32s3-devkitc-shift", "mks-tinybee")  # both chips, each engine
 
 # program -> the firmware's files in it
 PROGRAMS = {
@@ -70,7 +73,7 @@ def test_outputs_of_shift_registers() -> None:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
-@pytest.mark.parametrize("board_id", [path.stem for path in find_boards() if load_board(path).target == "esp32"])
+@pytest.mark.parametrize("board_id", slow_but(QUICK.__contains__, BOARDS))
 def test_outputs_are_those_of_the_board_file(board_id: str) -> None:
     """What a board lacks is refused by the core; the firmware learns it from the pin map, moved pins included."""
     board = load_board(board_id)

@@ -15,6 +15,7 @@ import pytest
 from lawful import COARSE, FINE, Machine, assert_accelerations, assert_ends_at, assert_lawful, assert_on_path
 from motion_host import Host, Run
 from numpy.typing import NDArray
+from slow import slow_but
 from test_motion_jerk import chopped_circle, zigzag
 from vertices import vertices_of
 from wificnc.tune.shapers import SHAPERS, impulses
@@ -103,7 +104,7 @@ PROGRAMS = {
 }
 
 
-@pytest.mark.parametrize("machine", [EVEN, MIXED, replace(MIXED, jerk_mm_s3=30_000.0)])
+@pytest.mark.parametrize("machine", slow_but(MIXED.__eq__, [EVEN, MIXED, replace(MIXED, jerk_mm_s3=30_000.0)]))
 @pytest.mark.parametrize("name", PROGRAMS)
 def test_limits_path_and_end(name: str, machine: Machine) -> None:
     run = performed(machine, PROGRAMS[name])

@@ -96,7 +96,7 @@ def without_second(board: Board) -> Board:
 @pytest.mark.parametrize(
     ("engine", "board_id"),
     [
-        ("gpio", "esp32s3-devkitc-gantry"),
+        pytest.param("gpio", "esp32s3-devkitc-gantry", marks=pytest.mark.slow),
         pytest.param("rmt", "esp32s3-devkitc-gantry", marks=pytest.mark.deep),
         pytest.param("i2s", "mks-tinybee-gantry", marks=pytest.mark.slow),
         pytest.param("spi", "esp32s3-devkitc-shift", marks=pytest.mark.deep),

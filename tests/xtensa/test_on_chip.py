@@ -16,6 +16,7 @@ from bare_program import BOARDS, Program, build
 from espsim.bare import PLACES
 from espsim.virtual import CPU_HZ, Chip, ChipFault, VirtualChip
 from numpy.typing import NDArray
+from slow import slow_but
 from wificnc.sim.run import SimOptions, simulate
 from xtensa import windows
 from xtensa.toolchain import NoToolchainError, Toolchain, find_toolchain
@@ -43,7 +44,7 @@ class Built:
     path: Path
 
 
-@pytest.fixture(scope="module", params=list(Chip), ids=["esp32", "esp32s3"])
+@pytest.fixture(scope="module", params=slow_but(Chip.ESP32.__eq__, Chip), ids=["esp32", "esp32s3"])
 def program(request: pytest.FixtureRequest) -> Built:
     try:
         tools: Toolchain = find_toolchain()
