@@ -15,6 +15,8 @@ from core_bridge import FAST, Bridge
 from patience import HANG_S
 from wificnc.app import root
 from wificnc.errors import Exit, LinkError, ProtocolError, RefusedError, UserError
+from wificnc.link.settings import name_of
+from wificnc.machine import find_machines, load_machine
 
 
 def run(*arguments: str, stdin: str | None = None) -> Result:
@@ -85,6 +87,25 @@ def test_settings(target: Bridge, tmp_path: Path) -> None:
         run("settings", "import", str(file))
     run("settings", "import", str(file), "--yes")
     assert run("settings", "diff", str(file)).exit_code == 0
+
+
+@pytest.mark.parametrize("by", ["name", "file"])
+def test_a_machine_profile_is_imported(target: Bridge, tmp_path: Path, by: str) -> None:
+    """Its own values are those of the controller after it, and nothing else has changed."""
+    before = dict(json.loads(run("settings", "get", "--json").stdout))
+    profile = "shapeoko3" if by == "name" else str(find_machines()["shapeoko3"])
+    assert run("settings", "diff", profile).exit_code == Exit.JOB
+    run("settings", "import", profile, "--yes")
+    after = json.loads(run("settings", "get", "--json").stdout)
+    given = {name_of(number): value for number, value in load_machine("shapeoko3").settings().items()}
+    known = {name: value for name, value in given.items() if name in before}
+    assert known and after == {**before, **{name: pytest.approx(value) for name, value in known.items()}}
+    assert run("settings", "import", profile, "--yes").stderr.endswith("nothing to change\n")
+
+
+def test_a_profile_that_does_not_exist_is_not_imported(target: Bridge) -> None:
+    with pytest.raises(UserError, match="shapeoko4"):
+        run("settings", "import", "shapeoko4", "--yes")
 
 
 def test_homing_is_switched_on_before_soft_limits(target: Bridge, tmp_path: Path) -> None:

@@ -20,6 +20,7 @@ from wificnc.protocol import AXES, Setting, load_settings
 SCHEMA = 1
 FIRST_OF_ALL = 22  # $20 asks for it, so it goes before
 ASCENDING = range(94, 98)  # the laser's curve, after each of its points, too
+SECOND_MOTORS = range(210, 216)  # two axes never have the same driver, so one gives it up first
 
 Values = dict[int, str]  # $N -> as $$ prints it
 
@@ -115,11 +116,13 @@ def out_of_range(changes: list[Change]) -> list[str]:
 
 
 def sending_order(changes: list[Change]) -> list[Change]:
-    """Ascending, but homing first: soft limits ask for it. Points of the laser's curve that rise begin at the top."""
+    """Ascending, but homing first: soft limits ask for it. Points of the laser's curve that rise begin at the top. A
+    driver is given up before another axis gets it."""
 
     def place(change: Change) -> tuple[int, int]:
         rises = change.number in ASCENDING and float(change.after or 0) > float(change.before or 0)
-        rank = 0 if change.number == FIRST_OF_ALL else 1 if rises else 2
+        gives_up = change.number in SECOND_MOTORS and change.after == "0"
+        rank = 0 if change.number == FIRST_OF_ALL else 1 if rises or gives_up else 2
         return rank, -change.number if rises else change.number
 
     return sorted(changes, key=place)
