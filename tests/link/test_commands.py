@@ -103,9 +103,27 @@ def test_a_machine_profile_is_imported(target: Bridge, tmp_path: Path, by: str) 
     assert run("settings", "import", profile, "--yes").stderr.endswith("nothing to change\n")
 
 
+def test_what_another_controller_printed_is_imported(target: Bridge, tmp_path: Path) -> None:
+    file = tmp_path / "grbl.txt"
+    file.write_text("Grbl 1.1f ['$' for help]\r\n$$\r\n$0=10\r\n$110=750.000 (x max rate, mm/min)\r\n$37=1\r\nok\r\n")
+    result = run("settings", "import", str(file), "--yes")
+    assert "does not have $37: skipped" in result.stderr
+    assert run("settings", "get", "$110").stdout == "750.000\n"
+    assert run("settings", "get", "$0").stdout == "10\n"
+
+
+def test_a_line_that_is_no_setting_changes_nothing(target: Bridge, tmp_path: Path) -> None:
+    file = tmp_path / "grbl.txt"
+    file.write_text("$0=10\n$110=75O\n")
+    with pytest.raises(UserError, match=r":2: '\$110=75O' is not like"):
+        run("settings", "import", str(file), "--yes")
+    assert run("settings", "get", "$0").stdout != "10\n"
+
+
 def test_a_profile_that_does_not_exist_is_not_imported(target: Bridge) -> None:
-    with pytest.raises(UserError, match="shapeoko4"):
+    with pytest.raises(UserError, match="shapeoko4") as refused:
         run("settings", "import", "shapeoko4", "--yes")
+    assert "shapeoko3" in (refused.value.hint or "")
 
 
 def test_homing_is_switched_on_before_soft_limits(target: Bridge, tmp_path: Path) -> None:

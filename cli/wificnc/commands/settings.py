@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -23,9 +24,11 @@ from wificnc.link.settings import (
     differences,
     export_text,
     find,
+    has_dollar_lines,
     known,
     name_of,
     out_of_range,
+    read_dollar_lines,
     read_file,
     sending_order,
 )
@@ -108,8 +111,8 @@ def export(file: Path, target: Target, as_json: bool) -> None:
 def import_(file: str, target: Target, yes: bool, as_json: bool) -> None:
     """Write the settings of FILE to the controller. Shows the changes and asks for confirmation.
 
-    FILE is one that `export` wrote, a machine profile, or the name of a profile that comes with WiFiCNC, such as
-    shapeoko3. Settings that FILE does not have stay as they are.
+    FILE is one that `export` wrote, what `$$` printed on any Grbl controller, a machine profile, or the name of a
+    profile that comes with WiFiCNC, such as shapeoko3. Settings that FILE does not have stay as they are.
     """
     wanted = read_values(file)
     with ready(target) as client:
@@ -190,8 +193,12 @@ def read_side(side: str, target: str | None) -> Values:
 
 
 def read_values(file: str) -> Values:
-    """Of an exported file, or of a machine profile: that has a name."""
+    """Of an exported file, of what `$$` printed, or of a machine profile: that has a name."""
     path = Path(file)
+    with suppress(OSError):  # read_toml() reports it
+        text = path.read_text(encoding="utf-8", errors="replace")
+        if has_dollar_lines(text):
+            return read_dollar_lines(path, text)
     is_profile = "name" in read_toml(path).data if path.is_file() else not path.suffix and path.name == file
     return load_machine(file).settings_texts() if is_profile else read_file(path)
 

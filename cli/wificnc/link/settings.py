@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from wificnc.checked.problem import FileProblems, Finding
+from wificnc.checked.problem import FileProblems, Finding, Problem
 from wificnc.checked.shape import closest, locate
 from wificnc.checked.tomlfile import TomlFile, read_toml
 from wificnc.errors import UserError
@@ -173,6 +173,33 @@ def read_file(path: Path) -> Values:
     findings = list(_take_file(source, values))
     if findings:
         raise FileProblems(locate(findings, source))
+    return values
+
+
+_DOLLAR = re.compile(r"\$(\d{1,5})\s*=\s*(-?\d*\.?\d+)\s*(?:[(;].*)?")
+_NO_SETTING = re.compile(r"(?:ok|\$\$|[;(#<\[].*|Grbl .*)?")
+
+
+def has_dollar_lines(text: str) -> bool:
+    """Whether a file is what `$$` printed, and no TOML."""
+    return re.search(r"^\s*\$\d+\s*=", text, re.MULTILINE) is not None
+
+
+def read_dollar_lines(path: Path, text: str) -> Values:
+    """The values of lines like `$110=5000.000 (x max rate, mm/min)`, as senders save them.
+
+    Raises:
+        FileProblems: a line that is neither a setting nor an answer around settings.
+    """
+    values: Values = {}
+    problems = []
+    for number, line in enumerate(map(str.strip, text.splitlines()), start=1):
+        if match := _DOLLAR.fullmatch(line):
+            values[int(match[1])] = match[2]
+        elif not _NO_SETTING.fullmatch(line):
+            problems.append(Problem(path, number, "setting-line", "", f"{line[:60]!r} is not like $110=5000"))
+    if problems:
+        raise FileProblems(problems)
     return values
 
 
