@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from patience import HANG_S
+from patience import BUILD_S, HANG_S
 from pio_standins import make_standins
 from wificnc.board.load import find_boards, load_board
 from wificnc.build.checkout import checkout_root
@@ -36,7 +36,7 @@ def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
 
 def pio(environment: dict[str, str], *arguments: str) -> str:
     command = [sys.executable, "-W", "ignore", "-m", "platformio", *arguments, "-d", str(ROOT)]
-    run = subprocess.run(command, capture_output=True, text=True, timeout=HANG_S, env=environment, check=False)
+    run = subprocess.run(command, capture_output=True, text=True, timeout=BUILD_S, env=environment, check=False)
     assert run.returncode == 0, run.stdout + run.stderr
     return run.stdout
 

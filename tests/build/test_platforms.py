@@ -16,7 +16,7 @@ from typing import IO
 import pytest
 import wine
 from everywhere import ROOT, TRACE_DIGEST, programs
-from patience import HANG_S
+from patience import BUILD_S, HANG_S
 from slow import deep_but
 from wificnc.build.cross import CrossBuild, build_platform, build_platform_program
 from wificnc.build.host import build_program, host_sources
@@ -55,7 +55,7 @@ def digest_here(text: bytes) -> str:
 
 
 def digest(argv: list[str], text: bytes, environment: dict[str, str] | None = None) -> str:
-    run = subprocess.run(argv, input=text, capture_output=True, timeout=8 * HANG_S, check=True, env=environment)
+    run = subprocess.run(argv, input=text, capture_output=True, timeout=BUILD_S, check=True, env=environment)
     return run.stdout.decode()
 
 

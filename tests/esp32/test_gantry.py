@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from esp32_registers import ESP32, FLAGS, HERE, ROOT, build_folder, chip_folder, objects
-from patience import HANG_S
+from patience import BUILD_S, HANG_S
 from slow import deep_but
 from wificnc.board.load import load_board
 from wificnc.build.compiler import locate_compiler
@@ -57,6 +57,6 @@ def test_a_crooked_gantry_homes_square(target: tuple[str, str, str], tmp_path: P
     chip_folder(by_rmt(board, tmp_path) if engine == "rmt" else board, chip, folder)
     program = tmp_path / "gantry"
     command = [*locate_compiler(), *FLAGS, *map(str, objects(sources(chip), folder)), "-o", str(program), "-lm"]
-    subprocess.run(command, check=True, timeout=HANG_S)
+    subprocess.run(command, check=True, timeout=BUILD_S)
     done = subprocess.run([program], capture_output=True, text=True, timeout=HANG_S, check=False)
     assert done.returncode == 0, done.stdout[-2000:]

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from harnesses import HERE, NAMES, build_harness
-from patience import HANG_S
+from patience import BUILD_S
 from wificnc.build.checkout import checkout_root
 from wificnc.build.compiler import locate_compiler
 from wificnc.build.host import build_program
@@ -29,7 +29,7 @@ def folder() -> Path:
 def replayed(folder: Path, name: str, files: list[Path]) -> subprocess.CompletedProcess[str]:
     """Plain checks always; what sanitizers see is seen by make fuzz, and where the compiler is gcc or clang here."""
     program = build_harness(name, folder / name, variant(), HERE / "replay.c")
-    return subprocess.run([program, *files], capture_output=True, text=True, timeout=2 * HANG_S)
+    return subprocess.run([program, *files], capture_output=True, text=True, timeout=BUILD_S)
 
 
 def variant() -> str:

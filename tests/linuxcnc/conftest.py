@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 from bench.halrun import isolated
-from patience import HANG_S
+from patience import BUILD_S, HANG_S
 from wificnc.build.checkout import checkout_root
 from wificnc.linuxcnc.source import FILE_NAME, build_command, component_source
 
@@ -40,7 +40,7 @@ def hal_program() -> Iterator[Path]:
     source = folder / FILE_NAME
     source.write_text(component_source(checkout_root()), encoding="utf-8")
     argv = build_command("compile", str(source), "--extra-compile-args=-Wall -Wextra")
-    done = subprocess.run(argv, capture_output=True, text=True, timeout=HANG_S, check=False)
+    done = subprocess.run(argv, capture_output=True, text=True, timeout=BUILD_S, check=False)
     assert done.returncode == 0 and "warning" not in done.stderr, done.stdout + done.stderr
     yield source.with_suffix("")
     shutil.rmtree(folder)

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from esp_images import make_build
-from patience import HANG_S
+from patience import BUILD_S
 from wificnc.build.checkout import checkout_root
 from wificnc.release.package import tracked_files
 
@@ -44,7 +44,7 @@ class Tree:
             env=environment,
             capture_output=True,
             text=True,
-            timeout=2 * HANG_S,
+            timeout=BUILD_S,
             check=False,
         )
         assert run.returncode == code, run.stdout + run.stderr

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from chip import mock_chip
 from installed import missing
-from patience import HANG_S
+from patience import BUILD_S
 from release_tree import ESP32_BOARDS, PAGE, PIC32MZ_BOARD, ROOT, Tree
 from wificnc import __version__
 from wificnc.flash.device import open_device
@@ -31,7 +31,7 @@ def installed(dist: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     wheel = dist / f"wificnc-{__version__}-py3-none-any.whl"
     pip = [sys.executable, "-m", "pip", "--python", str(python), "install", "-q", "--disable-pip-version-check"]
     run = subprocess.run(
-        [*pip, str(wheel)], timeout=2 * HANG_S, env=clean_environment(), capture_output=True, text=True, check=False
+        [*pip, str(wheel)], timeout=BUILD_S, env=clean_environment(), capture_output=True, text=True, check=False
     )
     if run.returncode != 0:
         missing(f"the package's dependencies cannot be installed:\n{run.stderr[-2000:]}")
@@ -48,7 +48,7 @@ def wificnc(installed: Path, folder: Path, *arguments: object, path: str = "") -
     environment["PATH"] = path + environment["PATH"]
     command = [str(installed), *map(str, arguments)]
     run = subprocess.run(
-        command, cwd=folder, env=environment, capture_output=True, text=True, timeout=2 * HANG_S, check=False
+        command, cwd=folder, env=environment, capture_output=True, text=True, timeout=BUILD_S, check=False
     )
     assert run.returncode == 0, run.stdout + run.stderr
     assert str(ROOT) not in run.stdout + run.stderr

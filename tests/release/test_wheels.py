@@ -20,7 +20,7 @@ import pytest
 from elftools.elf.elffile import ELFFile
 from installed import missing
 from packaging.utils import parse_wheel_filename
-from patience import HANG_S
+from patience import BUILD_S, HANG_S
 from release_tree import ROOT, Tree
 from wificnc import __version__
 from wificnc.build.platforms import PLATFORMS
@@ -155,7 +155,7 @@ def command(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("empty") / "venv"
     venv.create(folder, with_pip=False, symlinks=True)
     pip = [sys.executable, "-m", "pip", "--python", str(folder / "bin" / "python"), "install", "-q"]
-    run = subprocess.run([*pip, str(wheel)], timeout=2 * HANG_S, capture_output=True, text=True, check=False)
+    run = subprocess.run([*pip, str(wheel)], timeout=BUILD_S, capture_output=True, text=True, check=False)
     if run.returncode != 0:
         missing(f"the package's dependencies cannot be installed:\n{run.stderr[-2000:]}")
     return folder / "bin" / "wificnc"

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 HANG_S = 120.0  # nothing that is awaited takes this long, at any load: it hangs
+BUILD_S = 10 * HANG_S  # the same of programs that compile or install: half a minute on a quiet computer
 LOOK_S = 0.005
 
 

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from patience import HANG_S
+from patience import BUILD_S, HANG_S
 
 MISSING = "wine is not installed; Debian: apt-get install wine wine64"
 
@@ -30,7 +30,7 @@ def wine_environment(folder: Path) -> Iterator[dict[str, str]]:
         "DISPLAY": "",
     }
     quiet = {"stdin": subprocess.DEVNULL, "stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
-    subprocess.run(["wineboot", "--init"], env=environment, timeout=2 * HANG_S, check=False, **quiet)
+    subprocess.run(["wineboot", "--init"], env=environment, timeout=BUILD_S, check=False, **quiet)
     try:
         yield environment
     finally:
