@@ -23,19 +23,21 @@
 #include <string.h>
 
 /* The sockets of net_wire.c are those of this file, and it is here for the second time. */
-#define net_tcp_accept      fuzz_accept
-#define net_tcp_keep_alive  fuzz_keep_alive
-#define net_tcp_listen      fuzz_listen
-#define net_socket_peer     fuzz_peer
-#define net_socket_udp      fuzz_udp
-#define net_socket_receive  fuzz_receive
-#define net_socket_send     fuzz_send
-#define net_socket_close    fuzz_close
-#define net_wire_open       fuzz_wire_open
-#define net_wire_close      fuzz_wire_close
-#define net_wire_round      fuzz_wire_round
-#define net_wire_send       fuzz_wire_send
-#define net_wire_wants_read fuzz_wire_wants_read
+#define net_tcp_accept               fuzz_accept
+#define net_tcp_keep_alive           fuzz_keep_alive
+#define net_tcp_listen               fuzz_listen
+#define net_socket_peer              fuzz_peer
+#define net_socket_udp               fuzz_udp
+#define net_socket_receive           fuzz_receive
+#define net_socket_send              fuzz_send
+#define net_socket_close             fuzz_close
+#define net_socket_watch_unreachable fuzz_watch
+#define net_socket_unreachable       fuzz_unreachable
+#define net_wire_open                fuzz_wire_open
+#define net_wire_close               fuzz_wire_close
+#define net_wire_round               fuzz_wire_round
+#define net_wire_send                fuzz_wire_send
+#define net_wire_wants_read          fuzz_wire_wants_read
 #include "net_wire.c"
 
 enum { HZ = 1000000, WIRES = 12, ADDRESSES = 4, OTHERS = 2, THINGS_MAX = 160, MS_MAX = 8000 };
@@ -72,7 +74,7 @@ static struct scene {
     struct access access;
     struct connection connection[WIRES];
     struct packet overheard[OVERHEARD], datagram;
-    uint8_t datagram_from;
+    uint8_t datagram_from, closed; /* closed: an ICMP error of this address, 0: none */
     unsigned overheard_count;
     size_t came[ADDRESSES + OTHERS], went[ADDRESSES + OTHERS];
     bool connected[ADDRESSES + OTHERS];
@@ -239,6 +241,20 @@ int fuzz_udp(const struct net_address *here, bool shared, int *error) {
     (void)shared;
     *error = 0;
     return 2;
+}
+
+void fuzz_watch(int fd) {
+    (void)fd;
+}
+
+bool fuzz_unreachable(int fd, struct net_address *to) {
+    (void)fd;
+    if (scene.closed == 0)
+        return false;
+    *to = (struct net_address){.port = WIRE_STATUS_PORT};
+    address_of(scene.closed % (ADDRESSES + OTHERS), to->bytes);
+    scene.closed = 0;
+    return true;
 }
 
 void fuzz_close(int fd) {
@@ -477,7 +493,8 @@ static void happen(uint8_t what, uint8_t how, struct input *input) {
         end_in_a_frame(wire, how);
         break;
     case 9:
-        wire->failed = wire->open;
+        wire->failed = wire->open && how < 200;
+        scene.closed = how;
         break;
     case 10:
         play_again(how);
