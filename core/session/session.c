@@ -118,9 +118,11 @@ static bool is_sealed(struct session *session, const uint8_t address[4], const s
                       const uint8_t *bytes, size_t size) {
     for (unsigned i = 0; i < SESSION_CLIENTS; i++) {
         struct session_client *client = &session->client[i];
-        if (session_same(client->address, address) &&
-            seal_open(&client->seal, bytes, WIRE_HEADER_SIZE + (size_t)header->length, size))
-            return true;
+        if (!session_same(client->address, address) ||
+            !seal_open(&client->seal, bytes, WIRE_HEADER_SIZE + (size_t)header->length, size))
+            continue;
+        client->heard_us = session->now_us; /* who sends only datagrams is not silent: they end with it */
+        return true;
     }
     return false;
 }
@@ -196,10 +198,25 @@ void session_datagram(struct session *session, const struct session_peer *from, 
 
 /* ---- TCP clients ---- */
 
-/* Something ends with this connection: a stream, or what outputs do. */
+/* What the owner's datagrams are proven by: its connection that was heard last. */
+static bool is_owners_proof(const struct session *session, int place) {
+    const struct session_client *client = &session->client[place];
+    if (!session->owner.on || !client->authenticated ||
+        !session_same(session->owner.address, client->address))
+        return false;
+    for (int i = 0; i < SESSION_CLIENTS; i++) {
+        const struct session_client *other = &session->client[i];
+        if (other->authenticated && session_same(other->address, client->address) &&
+            other->heard_us > client->heard_us)
+            return false;
+    }
+    return true;
+}
+
+/* Something ends with this connection: a stream, what outputs do, or that the owner is known. */
 static bool is_needed(const struct session *session, int place) {
     const struct session_owner *owner = &session->owner;
-    if (session->stream.open && session->stream.client == place)
+    if ((session->stream.open && session->stream.client == place) || is_owners_proof(session, place))
         return true;
     return session_same(owner->address, session->client[place].address) &&
            (session_is_module(session) ? owner->on : session_runs_outputs(session));
