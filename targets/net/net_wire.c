@@ -141,8 +141,10 @@ static int place_for(const struct net_wire *wire, uint64_t peer) {
                                           .login_us = MOMENT_US};
     for (int i = 0; i < SESSION_CLIENTS; i++) {
         const struct net_wire_client *client = &wire->client[i];
-        places[i] = (struct net_place){
-            .peer = client->stream.peer, .heard_us = heard_us(wire, i), .rank = (uint8_t)rank_of(wire, i)};
+        places[i] = (struct net_place){.peer = client->stream.peer,
+                                       .heard_us = heard_us(wire, i),
+                                       .came_us = client->came_us,
+                                       .rank = (uint8_t)rank_of(wire, i)};
     }
     int chosen = net_places_choose(places, SESSION_CLIENTS, &newcomer, clock_us(wire));
     int silent = session_place(wire->session);
@@ -163,7 +165,7 @@ static void accept_clients(struct net_wire *wire) {
         if (wire->client[place].stream.ops != NULL)
             drop(wire, place, false);
         net_tcp_keep_alive(&stream); /* nothing may continue because no one says that the host has gone */
-        wire->client[place] = (struct net_wire_client){.stream = stream};
+        wire->client[place] = (struct net_wire_client){.stream = stream, .came_us = clock_us(wire)};
         session_connect(wire->session, place, peer.bytes);
     }
 }
