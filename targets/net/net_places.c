@@ -3,7 +3,7 @@
 
 #define LISTENER_IDLE_US 10000000u /* one that says less gives its place to anyone */
 /* A right key among wrong ones of its address has had its turn by then (base/lockout.h). */
-#define LOGIN_TURNS_US 20000000u
+#define LOGIN_TURNS_US 30000000u
 
 enum { KEEPS_ONE_FROM = 3 }; /* with fewer places none is kept */
 

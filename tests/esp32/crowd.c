@@ -171,11 +171,11 @@ static void who_is_not_logged_in_makes_room_for_another_address(void) {
     start_hub("s3cret", PLACES);
     for (unsigned n = 0; n < PLACES; n++)
         CHECK(come_from(n, 10 + n, false));
-    for (unsigned round = 0; round < 100; round++) {
+    for (unsigned round = 0; round < 150; round++) {
         for (unsigned n = 0; n < PLACES; n++)
             put_in(n, "?");
         pass_ms(200);
-        if (round == 50)
+        if (round == 120)
             CHECK(!come_from(20, STRANGER, false)); /* each has time to log in */
     }
     CHECK(!come_from(21, 12, false)); /* that has a place */
