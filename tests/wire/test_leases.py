@@ -47,7 +47,7 @@ def test_reports_end_where_no_program_listens(device: Device) -> None:
     assert reports(device, 1) == pytest.approx(20, abs=1)
     no_one_listens(device)
     assert reports(device, 1) == 0
-    assert len(device.of_type(Type.STATUS, OTHER)) == pytest.approx(20, abs=1), "another host's go on"
+    assert len(device.of_type(Type.STATUS, OTHER)) == pytest.approx(20, abs=1), "another host's continue"
     device.send(REGISTER)
     assert reports(device, 1) == pytest.approx(20, abs=1), "a program that listens now registers as before"
 
