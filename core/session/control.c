@@ -245,12 +245,15 @@ size_t session_request(struct session *session, int place, const uint8_t *messag
         session->counts.malformed++;
         return 0;
     }
-    /* Before the check: a refused request is a sign of life, too, and its number is not missing. */
-    session_note_alive(session, request.client->address);
-    session_note_sequence(session, request.client->address, request.header.sequence);
-    request.refusal = session_check_request(session, request.client, &request.header);
     bool may = request.client->authenticated ||
                access_may(session->options.access, lockout_ipv4(request.client->address));
+    /* Before the check: a refused request is a sign of life, too, and its number is not missing. Not so what
+     * another program of the owner's address sends, without the key. */
+    if (may) {
+        session_note_alive(session, request.client->address);
+        session_note_sequence(session, request.client->address, request.header.sequence);
+    }
+    request.refusal = session_check_request(session, request.client, &request.header);
     if (may && session->options.device != NULL)
         device_contact(session->options.device, (unsigned)place);
     bool understood =

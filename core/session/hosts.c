@@ -43,7 +43,7 @@ uint8_t session_state(const struct session *session) {
 uint32_t session_report_wait_us(const struct session *session) {
     bool listens = session->owner.on;
     for (unsigned i = 0; i < SESSION_LISTENERS; i++)
-        listens |= session->listener[i].used;
+        listens |= session_reports_to(session, &session->listener[i]);
     if (!listens)
         return UINT32_MAX;
     uint64_t interval_us = session->settings->status_interval_ms * 1000ull;

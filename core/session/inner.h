@@ -31,6 +31,13 @@ static inline bool session_is_module(const struct session *session) {
     return session->module != NULL;
 }
 
+/** This host gets the status: not where none of the ports that it is sent to can be reached. */
+static inline bool session_reports_to(const struct session *session,
+                                      const struct session_listener *listener) {
+    const uint8_t ports = session_is_module(session) ? 3 : 1;
+    return listener->used && (listener->closed & ports) != ports;
+}
+
 /* hosts.c */
 /** Advance now_us by the HAL's clock. */
 void session_tick(struct session *session);

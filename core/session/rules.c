@@ -63,7 +63,9 @@ static enum wire_refusal check(struct session *session, const struct wire_header
         return WIRE_REFUSAL_OWNER;
     if (is_overtaken(session, rule, header, address))
         return WIRE_REFUSAL_OVERTAKEN;
-    note_order(session, rule, header, address);
+    /* An address that anyone can forge: what a stranger stops is stopped, but it overtakes nothing. */
+    if (!locked)
+        note_order(session, rule, header, address);
     return WIRE_REFUSAL_NONE;
 }
 

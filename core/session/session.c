@@ -54,14 +54,18 @@ static bool keeps_reports(const struct session *session, const uint8_t address[4
 static struct session_listener *listener_of(struct session *session, const uint8_t address[4]) {
     struct session_listener *found = NULL;
     const bool keeps = keeps_reports(session, address);
+    bool found_taken = false;
     for (unsigned i = 0; i < SESSION_LISTENERS; i++) {
         struct session_listener *listener = &session->listener[i];
+        const bool taken = session_reports_to(session, listener);
         if (listener->used && session_same(listener->address, address))
             return listener;
-        if (listener->used && (!keeps || keeps_reports(session, listener->address)))
+        if (taken && (!keeps || keeps_reports(session, listener->address)))
             continue;
-        if (found == NULL || !listener->used || (found->used && listener->heard_us < found->heard_us))
+        if (found == NULL || (found_taken && (!taken || listener->heard_us < found->heard_us))) {
             found = listener;
+            found_taken = taken;
+        }
     }
     return found;
 }
@@ -73,10 +77,30 @@ static void listen(struct session *session, const uint8_t address[4]) {
         return;
     bool known = listener->used && session_same(listener->address, address);
     listener->used = true;
+    listener->closed = 0;
     memcpy(listener->address, address, sizeof listener->address);
     listener->heard_us = session->now_us;
     if (!known)
         session_send_status(session, address);
+}
+
+/* Its host commands, or has proven on a connection of this address that it knows the key. */
+static bool is_proven(const struct session *session, const uint8_t address[4]) {
+    bool proven = session->owner.on && session_same(session->owner.address, address);
+    for (unsigned i = 0; i < SESSION_CLIENTS; i++)
+        proven |= session->client[i].authenticated && session_same(session->client[i].address, address);
+    return proven;
+}
+
+void session_unreachable(struct session *session, const struct session_peer *at) {
+    const uint16_t port = session->options.status_port;
+    const bool of_module =
+        session_is_module(session) && at->port == port + WIRE_IO_STATUS_PORT - WIRE_STATUS_PORT;
+    if ((at->port != port && !of_module) || is_proven(session, at->address))
+        return;
+    for (unsigned i = 0; i < SESSION_LISTENERS; i++)
+        if (session->listener[i].used && session_same(session->listener[i].address, at->address))
+            session->listener[i].closed |= of_module ? 2 : 1;
 }
 
 /* A source address may be forged, so that what is sent there hits someone else: who is neither known nor
@@ -94,9 +118,11 @@ static bool is_sealed(struct session *session, const uint8_t address[4], const s
                       const uint8_t *bytes, size_t size) {
     for (unsigned i = 0; i < SESSION_CLIENTS; i++) {
         struct session_client *client = &session->client[i];
-        if (session_same(client->address, address) &&
-            seal_open(&client->seal, bytes, WIRE_HEADER_SIZE + (size_t)header->length, size))
-            return true;
+        if (!session_same(client->address, address) ||
+            !seal_open(&client->seal, bytes, WIRE_HEADER_SIZE + (size_t)header->length, size))
+            continue;
+        client->heard_us = session->now_us; /* who sends only datagrams is not silent: they end with it */
+        return true;
     }
     return false;
 }
@@ -112,13 +138,20 @@ static void act_at_once(struct session *session, const struct session_peer *from
         (void)session_command(session, from->address, header->type, payload);
 }
 
+/* The number of what is not known to be of this host is not one of its numbers. */
+static void note_number(struct session *session, const struct session_peer *from,
+                        const struct wire_header *header, bool known) {
+    if (known)
+        session_note_sequence(session, from->address, header->sequence);
+}
+
 static void act(struct session *session, const struct session_peer *from, const struct wire_header *header,
-                const uint8_t *payload, enum wire_refusal refusal) {
+                const uint8_t *payload, enum wire_refusal refusal, bool known) {
     struct session_pace pace;
     bool moved = false;
     bool resumes = header->type == WIRE_RESUME; /* a gap is older than it, and holds before it */
     if (resumes)
-        session_note_sequence(session, from->address, header->sequence);
+        note_number(session, from, header, known);
     if (header->type == WIRE_MOTION)
         moved = session_motion(session, from->address, header, payload, refusal, &pace);
     else
@@ -126,7 +159,7 @@ static void act(struct session *session, const struct session_peer *from, const 
     /* After the command, which may have made this host the owner: only the owner's numbers count, from
      * this one on. */
     if (!resumes)
-        session_note_sequence(session, from->address, header->sequence);
+        note_number(session, from, header, known);
     if (moved)
         session_note_moved(session, &pace, header->sequence);
 }
@@ -159,16 +192,31 @@ void session_datagram(struct session *session, const struct session_peer *from, 
         return;
     }
     if (!acks || reachable || may_answer_stranger(session, size, WIRE_STREAM_ACK_SIZE))
-        act(session, from, &header, payload, refusal);
+        act(session, from, &header, payload, refusal, known);
     session->counts.datagrams++;
 }
 
 /* ---- TCP clients ---- */
 
-/* Something ends with this connection: a stream, or what outputs do. */
+/* What the owner's datagrams are proven by: its connection that was heard last. */
+static bool is_owners_proof(const struct session *session, int place) {
+    const struct session_client *client = &session->client[place];
+    if (!session->owner.on || !client->authenticated ||
+        !session_same(session->owner.address, client->address))
+        return false;
+    for (int i = 0; i < SESSION_CLIENTS; i++) {
+        const struct session_client *other = &session->client[i];
+        if (other->authenticated && session_same(other->address, client->address) &&
+            other->heard_us > client->heard_us)
+            return false;
+    }
+    return true;
+}
+
+/* Something ends with this connection: a stream, what outputs do, or that the owner is known. */
 static bool is_needed(const struct session *session, int place) {
     const struct session_owner *owner = &session->owner;
-    if (session->stream.open && session->stream.client == place)
+    if ((session->stream.open && session->stream.client == place) || is_owners_proof(session, place))
         return true;
     return session_same(owner->address, session->client[place].address) &&
            (session_is_module(session) ? owner->on : session_runs_outputs(session));

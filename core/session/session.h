@@ -65,6 +65,7 @@ struct session_client {
 /** A host that gets the status. */
 struct session_listener {
     bool used;
+    uint8_t closed; /* bit 0: its port of reports cannot be reached, bit 1: nor that of a module's */
     uint8_t address[4];
     uint64_t heard_us;
 };
@@ -169,6 +170,11 @@ uint32_t session_wait_us(const struct session *session);
 /** What came on the UDP port. */
 void session_datagram(struct session *session, const struct session_peer *from, const uint8_t *bytes,
                       size_t size);
+
+/** The system of this address has answered that a datagram did not reach a program (ICMP). It gets no more
+ * reports until it sends something; but as anyone can forge that answer, not so the owner, and who is logged
+ * in. */
+void session_unreachable(struct session *session, const struct session_peer *at);
 
 /** Where a new TCP client may go: a free place, or that of one that was silent for 30 s (but not one that
  * keeps a stream, a spindle, coolant or a module's outputs), whose connection the caller then ends with

@@ -133,7 +133,7 @@ static void send_to(struct session *session, const uint8_t address[4], const uin
 
 static void send_to_all(struct session *session, const uint8_t *packet, size_t size) {
     for (unsigned i = 0; i < SESSION_LISTENERS; i++)
-        if (session->listener[i].used)
+        if (session_reports_to(session, &session->listener[i]))
             send_to(session, session->listener[i].address, packet, size);
 }
 
@@ -180,8 +180,11 @@ void session_report(struct session *session) {
         report_probe(session);
     }
     uint32_t wait_us = session_report_wait_us(session);
-    if (wait_us == UINT32_MAX)
-        session->due_us = session->now_us; /* no one listens: the pace begins with who comes next */
+    if (wait_us == UINT32_MAX) {
+        /* No one listens: the pace begins with who comes next, and who comes again and again is no faster. */
+        const uint64_t next_us = session->status_us + interval_us;
+        session->due_us = session->now_us > next_us ? session->now_us : next_us;
+    }
     if (wait_us != 0)
         return;
     /* Not before: clearing it costs as much as the rest of a poll without a report. */

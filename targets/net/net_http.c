@@ -254,7 +254,9 @@ static void read_request(struct net_http_place *place, const struct net_http_sit
         place->heard_us = now_us;
     place->count += (size_t)count;
     place->head[place->count] = '\0';
-    if (strstr(place->head, "\r\n\r\n") != NULL)
+    if (memchr(place->head, '\0', place->count) != NULL)
+        refuse(place, "400 Bad Request", "", "Not an HTTP/1.1 request.\n"); /* nothing behind a NUL is read */
+    else if (strstr(place->head, "\r\n\r\n") != NULL)
         answer_request(place, site);
     else if (place->count == NET_HTTP_HEAD - 1)
         refuse(place, "431 Request Header Fields Too Large", "", "The request is too long.\n");
@@ -295,6 +297,7 @@ static struct net_http_place *place_for(struct net_http *http, uint64_t peer, ui
     for (size_t i = 0; i < NET_HTTP_PLACES; i++)
         places[i] = (struct net_place){.peer = http->place[i].stream.peer,
                                        .heard_us = http->place[i].heard_us,
+                                       .came_us = now_us, /* each has a deadline here */
                                        .rank = (uint8_t)rank_of(&http->place[i], now_us)};
     int chosen = net_places_choose(places, NET_HTTP_PLACES, &newcomer, now_us);
     return chosen < 0 ? NULL : &http->place[chosen];

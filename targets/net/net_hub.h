@@ -108,6 +108,7 @@ struct net_client {
     bool waits;         /* `in` begins with a login that waits for its turn; what came after it follows */
     uint8_t login_size; /* of that line */
     uint32_t heard_us;  /* when it last said something useful, as a login that waits */
+    uint32_t came_us;   /* when it connected */
     bool braked;        /* an observer or locked client that has held the machine: it may reset it, too */
     bool told;          /* ... and one that has not, that it may not */
     bool explained;     /* has the reason why its lines are refused: once for all that came together */

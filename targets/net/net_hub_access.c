@@ -282,8 +282,10 @@ void net_hub_follow_button(struct net_hub *hub) {
         net_hub_tell(hub, "Start button: several addresses have tried to command, so none is let in");
         return;
     }
-    if (!access_trust(hub->access, knock->peer, ACCESS_DAY))
+    if (!access_trust(hub->access, knock->peer, ACCESS_DAY)) {
+        net_hub_tell(hub, "Start button: too many trusted addresses, $TRUST=no at one of them makes room");
         return;
+    }
     snprintf(text, sizeof text, "Start button: %s is trusted for a day", address);
     net_hub_tell(hub, text);
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)

@@ -37,6 +37,7 @@ static void fill_places(const struct net_hub *hub, struct net_place places[NET_C
         const struct net_client *client = &hub->client[i];
         places[i] = (struct net_place){.peer = client->stream.peer,
                                        .heard_us = client->waits ? hub->now_us : client->heard_us,
+                                       .came_us = client->came_us,
                                        .rank = (uint8_t)rank_of(hub, client)};
     }
 }
@@ -153,7 +154,8 @@ bool net_hub_connect(struct net_hub *hub, const struct net_stream *stream, const
                                   .locked = knocks && !trusted,
                                   .by_trust = trusted,
                                   .opened = !stream->telnet,
-                                  .heard_us = hub->now_us};
+                                  .heard_us = hub->now_us,
+                                  .came_us = hub->now_us};
     snprintf(client->name, sizeof client->name, "%s", name);
     hub->ops->event(hub->ctx, "connected", name);
     if (client->locked)
@@ -170,6 +172,8 @@ static void end_the_silent(struct net_hub *hub, struct net_client *client) {
     enum net_rank rank = rank_of(hub, client);
     if (idle_us > FORGET_US)
         client->heard_us = hub->now_us - FORGET_US;
+    if (hub->now_us - client->came_us > FORGET_US)
+        client->came_us = hub->now_us - FORGET_US;
     if (rank != NET_RANK_UNPROVEN || client->waits)
         return;
     if (!client->spoke && idle_us >= SILENT_US)

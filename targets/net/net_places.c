@@ -2,6 +2,8 @@
 #include "net_places.h"
 
 #define LISTENER_IDLE_US 10000000u /* one that says less gives its place to anyone */
+/* A right key among wrong ones of its address has had its turn by then (base/lockout.h). */
+#define LOGIN_TURNS_US 30000000u
 
 enum { KEEPS_ONE_FROM = 3 }; /* with fewer places none is kept */
 
@@ -43,6 +45,12 @@ static bool has_too_many(const struct crowd *crowd, const struct net_place *plac
 static bool is_idle(const struct crowd *crowd, const struct net_place *place) {
     return (place->rank == NET_RANK_UNPROVEN && idle_us(crowd, place) >= crowd->newcomer->login_us) ||
            (place->rank == NET_RANK_LISTENER && idle_us(crowd, place) >= LISTENER_IDLE_US);
+}
+
+/* Who only looks, however busily, does not keep out who may want to log in. */
+static bool has_not_logged_in(const struct crowd *crowd, const struct net_place *place) {
+    return place->rank == NET_RANK_UNPROVEN && crowd->now_us - place->came_us >= LOGIN_TURNS_US &&
+           places_of(crowd, crowd->newcomer->peer) == 0;
 }
 
 static bool is_own_unproven(const struct crowd *crowd, const struct net_place *place) {
@@ -93,6 +101,8 @@ int net_places_choose(const struct net_place *places, size_t count, const struct
         place = find(&crowd, has_too_many);
     if (place < 0)
         place = find(&crowd, is_idle);
+    if (place < 0)
+        place = find(&crowd, has_not_logged_in);
     if (place < 0 && (newcomer->local || newcomer->trusted || newcomer->peer == newcomer->owner))
         place = find(&crowd, is_anyone);
     return place;

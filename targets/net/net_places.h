@@ -4,7 +4,8 @@
  *
  * An address has a bounded number of places for connections that have proven nothing. When all places are
  * taken, a newcomer gets that of a connection that has proven nothing, of an address with at least two more
- * places than its own, or else that of one that has been idle for some time. One place is kept for the
+ * places than its own, or else that of one that has been idle for some time; one without a place that of
+ * whoever has not logged in for longer than a login may wait for its turn. One place is kept for the
  * address of the owner, so that an owner that has lost its link can come back. */
 #ifndef WIFICNC_NET_PLACES_H
 #define WIFICNC_NET_PLACES_H
@@ -23,6 +24,7 @@ enum net_rank {
 struct net_place {
     uint64_t peer;     /* net_stream.peer */
     uint32_t heard_us; /* when it last said something useful; wraps */
+    uint32_t came_us;  /* when it connected; wraps */
     uint8_t rank;      /* enum net_rank */
 };
 

@@ -7,7 +7,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { BACKLOG = 64 };
+enum { BACKLOG = 64, ERRORS_A_CALL = 16 };
 
 /* A socket without the option still works, so a failure is not reported. */
 static void set_option(int fd, int level, int name, int value) {
@@ -169,8 +169,26 @@ void net_socket_join(int fd, const struct net_address *group, const uint8_t inte
 
 void net_socket_send(int fd, const struct net_address *to, const uint8_t *bytes, size_t count) {
     const struct sockaddr_in at = to_system(to);
-    (void)sendto((system_socket)fd, (const char *)bytes, (system_size)count, 0, (const struct sockaddr *)&at,
-                 sizeof at);
+    long sent = -1;
+    /* An ICMP error that waits makes Linux refuse the next datagram, to whom ever it goes, once. */
+    for (int tries = 0; tries < 2 && sent < 0 && (tries == 0 || !system_would_block()); tries++)
+        sent = (long)sendto((system_socket)fd, (const char *)bytes, (system_size)count, 0,
+                            (const struct sockaddr *)&at, sizeof at);
+}
+
+void net_socket_watch_unreachable(int fd) {
+    system_watch_unreachable(fd);
+}
+
+bool net_socket_unreachable(int fd, struct net_address *to) {
+    struct sockaddr_storage storage = {0};
+    bool unreachable = false;
+    for (int i = 0; i < ERRORS_A_CALL && !unreachable; i++)
+        if (!system_next_error(fd, &storage, &unreachable))
+            break;
+    if (unreachable)
+        from_system(&storage, to);
+    return unreachable;
 }
 
 long net_socket_receive(int fd, uint8_t *bytes, size_t size, struct net_address *from) {

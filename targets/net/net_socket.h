@@ -54,6 +54,15 @@ void net_socket_close(int fd);
  *  @return the socket, or -1: *error is the system's */
 int net_socket_udp(const struct net_address *here, bool shared, int *error);
 
+/** From now on the system tells of datagrams that have reached no program: net_socket_unreachable(). Where it
+ * does not (all but Linux), they are lost without a word. */
+void net_socket_watch_unreachable(int fd);
+
+/** The next datagram of this socket that an ICMP "destination unreachable" has answered. Anyone can forge
+ * one.
+ * @param[out] to  where it went @return false: no more */
+bool net_socket_unreachable(int fd, struct net_address *to);
+
 /** Become a member of an IPv4 group, by the interface with this address, and send to groups by it. */
 void net_socket_join(int fd, const struct net_address *group, const uint8_t interface[4]);
 

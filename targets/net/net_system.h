@@ -98,4 +98,59 @@ static inline void system_start(void) {}
 
 #endif
 
+#ifdef __linux__
+
+#include <linux/errqueue.h>
+#include <string.h>
+
+static inline void system_watch_unreachable(int fd) {
+    const int on = 1;
+    (void)setsockopt(fd, IPPROTO_IP, IP_RECVERR, &on, sizeof on);
+}
+
+/* The next ICMP error that waits. @param[out] to  the datagram's destination
+ * @param[out] unreachable  its kind @return false: none */
+static inline bool system_next_error(int fd, struct sockaddr_storage *to, bool *unreachable) {
+    enum {
+        DESTINATION_UNREACHABLE = 3,
+        TOO_LARGE = 4
+    }; /* RFC 792; the second one asks for smaller packets */
+    char control[256], nothing[1];
+    struct iovec rest = {nothing, sizeof nothing};
+    struct msghdr message = {.msg_name = to,
+                             .msg_namelen = sizeof *to,
+                             .msg_iov = &rest,
+                             .msg_iovlen = 1,
+                             .msg_control = control,
+                             .msg_controllen = sizeof control};
+    *unreachable = false;
+    if (recvmsg(fd, &message, MSG_ERRQUEUE) < 0)
+        return false;
+    for (struct cmsghdr *at = CMSG_FIRSTHDR(&message); at != NULL; at = CMSG_NXTHDR(&message, at)) {
+        struct sock_extended_err error;
+        if (at->cmsg_level != IPPROTO_IP || at->cmsg_type != IP_RECVERR)
+            continue;
+        memcpy(&error, CMSG_DATA(at), sizeof error);
+        *unreachable = error.ee_origin == SO_EE_ORIGIN_ICMP && error.ee_type == DESTINATION_UNREACHABLE &&
+                       error.ee_code != TOO_LARGE;
+    }
+    return true;
+}
+
+#else
+
+/* Winsock and macOS do not say which datagram it was, and lwIP drops the ICMP message. */
+static inline void system_watch_unreachable(int fd) {
+    (void)fd;
+}
+
+static inline bool system_next_error(int fd, struct sockaddr_storage *to, bool *unreachable) {
+    (void)fd;
+    (void)to;
+    *unreachable = false;
+    return false;
+}
+
+#endif
+
 #endif

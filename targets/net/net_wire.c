@@ -44,6 +44,7 @@ int net_wire_open(struct net_wire *wire, const char *address, struct session *se
         wire->udp = net_socket_udp(&here, false, &error);
     if (wire->udp < 0)
         return error;
+    net_socket_watch_unreachable(wire->udp);
     wire->listener = net_tcp_listen(address, port, name, &error);
     if (wire->listener >= 0)
         return 0;
@@ -70,6 +71,16 @@ void net_wire_close(struct net_wire *wire) {
 }
 
 /* ---- UDP ---- */
+
+/* Reports to there end. */
+static void read_unreachable(struct net_wire *wire) {
+    struct net_address to;
+    for (int i = 0; i < DATAGRAMS_A_ROUND && net_socket_unreachable(wire->udp, &to); i++) {
+        struct session_peer at = {.port = to.port};
+        memcpy(at.address, to.bytes, sizeof at.address);
+        session_unreachable(wire->session, &at);
+    }
+}
 
 static void read_datagrams(struct net_wire *wire) {
     _Alignas(4) uint8_t bytes[WIRE_PACKET_MAX]; /* siphash() reads words */
@@ -130,8 +141,10 @@ static int place_for(const struct net_wire *wire, uint64_t peer) {
                                           .login_us = MOMENT_US};
     for (int i = 0; i < SESSION_CLIENTS; i++) {
         const struct net_wire_client *client = &wire->client[i];
-        places[i] = (struct net_place){
-            .peer = client->stream.peer, .heard_us = heard_us(wire, i), .rank = (uint8_t)rank_of(wire, i)};
+        places[i] = (struct net_place){.peer = client->stream.peer,
+                                       .heard_us = heard_us(wire, i),
+                                       .came_us = client->came_us,
+                                       .rank = (uint8_t)rank_of(wire, i)};
     }
     int chosen = net_places_choose(places, SESSION_CLIENTS, &newcomer, clock_us(wire));
     int silent = session_place(wire->session);
@@ -152,7 +165,7 @@ static void accept_clients(struct net_wire *wire) {
         if (wire->client[place].stream.ops != NULL)
             drop(wire, place, false);
         net_tcp_keep_alive(&stream); /* nothing may continue because no one says that the host has gone */
-        wire->client[place] = (struct net_wire_client){.stream = stream};
+        wire->client[place] = (struct net_wire_client){.stream = stream, .came_us = clock_us(wire)};
         session_connect(wire->session, place, peer.bytes);
     }
 }
@@ -216,6 +229,7 @@ static void read_client(struct net_wire *wire, int place) {
 }
 
 void net_wire_round(struct net_wire *wire) {
+    read_unreachable(wire);
     read_datagrams(wire);
     for (int i = 0; i < SESSION_CLIENTS; i++) {
         struct net_wire_client *client = &wire->client[i];

@@ -18,7 +18,8 @@ struct net_wire_client {
     size_t in_count;
     uint8_t out[NET_WIRE_OUT]; /* replies that wait for the client to read */
     size_t out_count;
-    bool spoke; /* there was a message */
+    bool spoke;       /* there was a message */
+    uint32_t came_us; /* when it connected */
 };
 
 struct net_wire {

@@ -124,6 +124,12 @@ void host_wire_datagram(struct host_wire *wire, uint32_t address, uint16_t port,
     session_datagram(&wire->session, &from, bytes, size);
 }
 
+void host_wire_unreachable(struct host_wire *wire, uint32_t address, uint16_t port) {
+    struct session_peer at = {.port = port};
+    address_bytes(address, at.address);
+    session_unreachable(&wire->session, &at);
+}
+
 size_t host_wire_sent(struct host_wire *wire, uint32_t *address, uint16_t *port, uint8_t *bytes,
                       size_t size) {
     struct sent *sent = wire->first;

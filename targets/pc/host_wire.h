@@ -32,6 +32,9 @@ uint64_t host_wire_levels(const struct host_wire *wire, uint64_t *driven);
 void host_wire_datagram(struct host_wire *wire, uint32_t address, uint16_t port, const uint8_t *bytes,
                         size_t size);
 
+/** A datagram to there was answered by ICMP: it cannot be reached (session_unreachable()). */
+void host_wire_unreachable(struct host_wire *wire, uint32_t address, uint16_t port);
+
 /** The oldest datagram that was sent. @return its size, 0: none. What is not taken is kept. */
 size_t host_wire_sent(struct host_wire *wire, uint32_t *address, uint16_t *port, uint8_t *bytes, size_t size);
 

@@ -166,6 +166,29 @@ static void who_does_not_log_in_goes_in_the_end(void) {
     }
 }
 
+/* After a start no address is the owner's. Observers that ask for reports all day, one of each address. */
+static void who_is_not_logged_in_makes_room_for_another_address(void) {
+    start_hub("s3cret", PLACES);
+    for (unsigned n = 0; n < PLACES; n++)
+        CHECK(come_from(n, 10 + n, false));
+    for (unsigned round = 0; round < 150; round++) {
+        for (unsigned n = 0; n < PLACES; n++)
+            put_in(n, "?");
+        pass_ms(200);
+        if (round == 120)
+            CHECK(!come_from(20, STRANGER, false)); /* each has time to log in */
+    }
+    CHECK(!come_from(21, 12, false)); /* that has a place */
+    CHECK(come_from(22, STRANGER, false));
+    unsigned closed = 0;
+    for (unsigned n = 0; n < PLACES; n++)
+        closed += wires[n].closed;
+    CHECK(closed == 1);
+    put_in(22, "$LOGIN=s3cret\nG0X1\n");
+    pass_ms(1);
+    CHECK(hub.owner != NULL && hub.owner->stream.peer == STRANGER);
+}
+
 static void a_wire_of_the_machine_always_has_its_place(void) {
     start_hub("", PLACES);
     for (unsigned n = 1; n <= PLACES; n++) {
@@ -211,6 +234,7 @@ int main(void) {
     a_newcomer_gets_the_place_of_the_one_that_is_idle_longest();
     the_silent_are_disconnected_and_who_speaks_stays();
     who_does_not_log_in_goes_in_the_end();
+    who_is_not_logged_in_makes_room_for_another_address();
     a_wire_of_the_machine_always_has_its_place();
     requests_and_lines_are_told_apart_by_their_first_bytes();
     net_hub_close(&hub);

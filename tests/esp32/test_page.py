@@ -147,6 +147,8 @@ def test_the_page_learns_who_serves_it() -> None:
         (b"GET / HTTP/1.1\r\n\r\n", b"400"),
         (b"GET / HTTP/1.1\r\nHost: [::1\r\n\r\n", b"400"),
         (b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\nOrigin: nonsense\r\n\r\n", b"400"),
+        (b"GET / HTTP/1.1\r\nHost: 127.0.0.1\0\r\n\r\n", b"400"),
+        (b"\x16\x03\x01\x02\x00\x01", b"400"),
         (b"GET /\xff HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n", b"400"),
         *((b"%s / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n" % method, b"405") for method in OTHER_METHODS),
         (b"GET / HTTP/1.1\r\nHost: shop.lan\r\n\r\n", b"404"),

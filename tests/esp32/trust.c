@@ -134,6 +134,18 @@ static void the_button_lets_in_no_one_of_several(void) {
     CHECK(!access_may(&the_gate, 1) && access_may(&the_gate, 2));
 }
 
+static void a_button_without_room_for_more_trust_says_so(void) {
+    start("s3cret!?");
+    CHECK(come(0, false) && come(2, true));
+    for (unsigned n = 0; n < ACCESS_TRUSTED; n++)
+        CHECK(access_trust(&the_gate, 100 + n, ACCESS_ALWAYS));
+    send(0, "G0X1\n");
+    wires[2].out_count = 0;
+    pressed++;
+    round_trip();
+    CHECK(hub.client[0].locked && strstr(wires[2].out, "$TRUST=no") != NULL);
+}
+
 static void a_trust_that_cannot_be_is_refused(void) {
     start("s3cret!?");
     CHECK(come(0, false) && come(1, true));
@@ -152,6 +164,7 @@ int main(void) {
     the_start_button_lets_in_who_has_just_tried_to_command();
     who_tries_all_day_has_one_minute_of_the_button();
     the_button_lets_in_no_one_of_several();
+    a_button_without_room_for_more_trust_says_so();
     a_trust_that_cannot_be_is_refused();
     net_hub_close(&hub);
     return report();

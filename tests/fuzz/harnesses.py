@@ -14,6 +14,7 @@ LENGTHS = {
     "program": 1024,
     "machine": 2048,
     "wire": 1024,
+    "tcp": 1024,
     "module": 1024,
     "component": 1024,
     "interleave": 512,
@@ -25,7 +26,7 @@ LENGTHS = {
     "ota": 1024,
 }
 NAMES = tuple(LENGTHS)
-WITH_MACHINE = ("machine", "wire", "module", "component", "interleave")  # in virtual time, for seconds
+WITH_MACHINE = ("machine", "wire", "tcp", "module", "component", "interleave")  # in virtual time, for seconds
 ESP32 = {"improv": ("link/improv.c",), "ota": ("net/ota.c",)}  # the firmware's files in a harness
 NOT_PORTABLE = ("wificnc.c", "network.c")  # of linuxcnc: they need HAL and sockets
 

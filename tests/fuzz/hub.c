@@ -1,21 +1,25 @@
 /* SPDX-License-Identifier: MIT
  * The hub of clients, with connections that come and go from some addresses, say anything, and wait: what
- * strangers send never reaches the controller, a browser's request never does, whoever is logged in stays,
- * and the owner's address always gets in.
+ * strangers send never reaches the controller, a browser's request never does, a proof counts once and on its
+ * connection, whoever is logged in stays, and the owner's address always gets in.
  *
- * The first byte chooses whether there is a password. Then two bytes make one thing that happens: what, and
- * to which connection or how. Strangers' lines have a 6 in them, browsers' a 5, those of one who is logged in
- * neither. */
+ * The first byte chooses whether there is a password, and how its owner logs in at the end. Then two bytes
+ * make one thing that happens: what, and to which connection or how. Strangers' lines have a 6 in them,
+ * browsers' a 5, those of one who is logged in neither. */
 #include "fuzz.h"
 
+#include "base/sha256.h"
 #include "net_hub.h"
 
 #include <string.h>
 
 enum { PLACES = 6, WIRES = 12, ADDRESSES = 4, FRIEND = 1, THINGS_MAX = 300, WIRE_IN = 256 };
+enum { SPOKEN = 200 /* what is above is of proofs */ };
 enum { ROUND_US = 1000, TURNS_MS = (PLACES + 1) * 5000 };
 
-#define KEY "$LOGIN=correct horse\n"
+#define KEY      "$LOGIN=correct horse\n"
+#define QUESTION "$LOGIN\n"
+enum { LABEL = 16, NONCE_AT = sizeof "[LOGIN:" - 1, ANSWER = NONCE_AT + 2 * ACCESS_NONCE };
 
 struct wire {
     char in[WIRE_IN];
@@ -29,6 +33,11 @@ struct wire {
     bool is_browser; /* its first bytes were a request */
     bool spoke;
     bool heard_ok;
+    bool asks; /* for a nonce, and has said nothing since */
+    char answer[ANSWER];
+    size_t answer_count;
+    bool has_nonce;
+    uint8_t nonce[ACCESS_NONCE];
 };
 
 static struct scene {
@@ -36,7 +45,9 @@ static struct scene {
     struct access access;
     struct wire wire[WIRES];
     uint32_t now_us;
+    bool by_proof;        /* the owner logs in so at the end */
     bool locks, any_knew; /* ... the key, ever: its lines may wait for long */
+    char overheard[128];  /* the newest right proof */
 } scene;
 
 /* What each kind of client says; %: nothing. */
@@ -89,11 +100,31 @@ static long wire_read(const struct net_stream *stream, char *bytes, size_t size)
     return count == 0 && wire->ended ? NET_ENDED : (long)count;
 }
 
+/* The nonce of `[LOGIN:nonce,`. */
+static void hear_nonce(struct wire *wire, char byte) {
+    static const char digits[] = "0123456789abcdef";
+    wire->answer_count = byte == '[' ? 0 : wire->answer_count;
+    if (wire->answer_count == ANSWER)
+        return;
+    wire->answer[wire->answer_count++] = byte;
+    if (wire->answer_count < ANSWER || memcmp(wire->answer, "[LOGIN:", NONCE_AT) != 0)
+        return;
+    for (size_t n = 0; n < ACCESS_NONCE; n++) {
+        const char *high = strchr(digits, wire->answer[NONCE_AT + 2 * n]);
+        const char *low = strchr(digits, wire->answer[NONCE_AT + 2 * n + 1]);
+        CLAIM(high != NULL && low != NULL, "a nonce of %.32s", wire->answer + NONCE_AT);
+        wire->nonce[n] = (uint8_t)((high - digits) * 16 + (low - digits));
+    }
+    wire->has_nonce = true;
+}
+
 static long wire_write(const struct net_stream *stream, const char *bytes, size_t count) {
     struct wire *wire = stream->ctx;
     CLAIM(wire->open, "written to a connection that is closed");
     for (size_t i = 0; i + 4 <= count; i++)
         wire->heard_ok |= wire->knows && memcmp(bytes + i, "ok\r\n", 4) == 0; /* $LOGIN has one, too */
+    for (size_t i = 0; i < count; i++)
+        hear_nonce(wire, bytes[i]);
     return wire->failed ? NET_GONE : (long)count;
 }
 
@@ -181,6 +212,7 @@ static void say(struct wire *wire, const char *text) {
     memcpy(wire->in + wire->in_count, text, count);
     wire->in_count += count;
     wire->spoke = true;
+    wire->asks = false;
 }
 
 /* The key alone lets in, and only at the begin: behind other words it would be a part of a line. */
@@ -189,6 +221,40 @@ static void say_key(struct wire *wire) {
         wire->knows = scene.any_knew = true;
         say(wire, KEY);
     }
+}
+
+static void say_question(struct wire *wire) {
+    const bool first = !wire->spoke;
+    if (!wire->open || !wire->telnet || wire->knows || wire->is_browser)
+        return;
+    say(wire, QUESTION);
+    wire->asks = first && wire->spoke;
+}
+
+/* Of the nonce that it was asked for; only those of one address have the key. */
+static void say_proof(struct wire *wire, uint8_t how) {
+    uint8_t message[LABEL + ACCESS_NONCE] = "WiFiCNC login", proof[SHA256_SIZE];
+    char text[sizeof scene.overheard] = "$LOGIN=";
+    const bool right = wire->peer == FRIEND && scene.locks && how % 4 != 0;
+    if (!wire->asks || !wire->has_nonce || !wire->open || wire->ended || wire->failed)
+        return;
+    memcpy(message + LABEL, wire->nonce, ACCESS_NONCE);
+    sha256_hmac(scene.access.secret, SHA256_SIZE, message, sizeof message, proof);
+    proof[how % SHA256_SIZE] ^= right ? 0 : 1;
+    for (size_t n = 0; n < SHA256_SIZE; n++)
+        snprintf(text + strlen(text), 3, "%02x", proof[n]);
+    strcat(text, "\n");
+    if (right) {
+        wire->knows = scene.any_knew = true;
+        memcpy(scene.overheard, text, sizeof text);
+    }
+    say(wire, text);
+}
+
+/* It was heard on the network. */
+static void say_overheard(struct wire *wire) {
+    if (!wire->knows && !wire->is_browser)
+        say(wire, scene.overheard);
 }
 
 static void say_as(struct wire *wire, uint8_t how) {
@@ -209,7 +275,7 @@ static void say_request(struct wire *wire, uint8_t how) {
 
 static void happen(uint8_t what, uint8_t how) {
     struct wire *wire = &scene.wire[how % WIRES];
-    switch (what % 10) {
+    switch (what < SPOKEN ? what % 10 : 10 + what % 3) {
     case 0:
         (void)come(1u + how % ADDRESSES, true);
         break;
@@ -236,6 +302,15 @@ static void happen(uint8_t what, uint8_t how) {
     case 8:
         wire->failed = wire->open;
         break;
+    case 10:
+        say_question(wire);
+        break;
+    case 11:
+        say_proof(wire, what / 3);
+        break;
+    case 12:
+        say_overheard(wire);
+        break;
     default:
         pass((uint32_t)how * how * 100u);
     }
@@ -248,7 +323,13 @@ static void check_that_the_owner_gets_in(void) {
     struct wire *wire = come(FRIEND, true);
     if (wire == NULL)
         return;
-    say_key(wire);
+    if (scene.by_proof) {
+        say_question(wire);
+        pass(ROUND_US);
+        say_proof(wire, 1);
+    } else {
+        say_key(wire);
+    }
     for (unsigned ms = 0; ms < TURNS_MS && !wire->heard_ok; ms += 100)
         pass(100000);
     CLAIM(wire->heard_ok, "the right key was not accepted");
@@ -270,7 +351,9 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     static const struct net_hub_sizes sizes = {.clients = PLACES, .in = 2048, .out = 16384, .left = 2048};
     struct input input = {data, data + size};
     memset(&scene, 0, sizeof scene);
-    scene.locks = (input_byte(&input) & 1) == 0;
+    const uint8_t first = input_byte(&input);
+    scene.locks = (first & 1) == 0;
+    scene.by_proof = (first & 2) != 0;
     scene.access = fresh_access(scene.locks);
     net_hub_init(&scene.hub, &sizes, &ops, NULL);
     scene.hub.access = &scene.access;

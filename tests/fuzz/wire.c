@@ -152,6 +152,9 @@ static void check_it_still_works(struct target *device) {
     struct wire_segment segment = {.steps = {10}, .duration_us = 100000};
     for (int input = 0; input < VIRTUAL_INPUT_COUNT; input++)
         virtual_set(device->peers.host, input, false);
+    /* A host with a connection that has taken control keeps it. */
+    for (int client = 0; client < WIRE_CLIENTS_MAX; client++)
+        host_wire_disconnect(device->peers.wire, client);
     (void)host_write(device->peers.host, "\x18", 1); /* out of sleep and homing */
     peers_run(&device->peers, 700);
     (void)host_write(device->peers.host, "\n$77=100\n", 9); /* whoever commanded is silent for long enough */

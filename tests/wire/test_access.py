@@ -14,7 +14,7 @@ import pytest
 from c_library import LIB
 from test_motion import segment
 from test_requests import configure
-from test_session import reason
+from test_session import reason, statistics
 from wificnc.link.access import key_secret
 from wificnc.wmc3.layout import (
     Authenticate,
@@ -406,3 +406,44 @@ def test_a_forged_sign_of_life_keeps_no_stream_of_a_host_that_hangs(locked: Devi
         locked.raw(build(JogStop(axis=0), locked.sequence + 1, 0))
         locked.run(0.1)
     assert locked.state == "Hold:0"
+
+
+# ---- a forged source address: what is not sealed says nothing about the host that it names ----
+
+
+def forge(device: Device, payload: Layout, ahead: int = 500, later_s: float = 5.0) -> None:
+    """Of the owner's address, with a number and a time stamp that it comes to later."""
+    device.raw(build(payload, device.sequence + ahead, round((device.now + later_s) * 1e6)))
+
+
+def log_in(device: Device) -> None:
+    assert device.prove(device.connect(), KEY) == Refusal.NONE
+
+
+@pytest.mark.parametrize("order", [JogStop(axis=0xFF), Hold(), Estop()], ids=["jog_stop", "hold", "estop"])
+def test_a_forged_stop_overtakes_nothing_of_the_host(locked: Device, order: Layout) -> None:
+    """It stops, as everyone may. The host's next orders count, though their numbers are lower."""
+    log_in(locked)
+    locked.jog(Jog(0, 1, 1000), 0.2)
+    forge(locked, order)
+    locked.run(0.2)
+    for _ in range(2):  # out of the e-stop or the hold, and then out of motion of a host
+        locked.send(Resume())
+        locked.send(Reset())
+        locked.run(0.7)
+    before = locked.pulses[0]
+    locked.jog(Jog(0, 1, 1000), 0.2)
+    assert locked.pulses[0] > before
+
+
+@pytest.mark.parametrize("setting", [1, 2])
+def test_a_forged_number_is_no_gap_in_the_hosts(make_device: Callable[..., Device], setting: int) -> None:
+    """$78: motion is held where a number is missing."""
+    device = make_device(key=KEY, settings={78: setting})
+    log_in(device)
+    device.motion(segment(100), segment(100))
+    forge(device, JogStop(axis=0xFF), ahead=20, later_s=0)
+    device.motion(segment(100), segment(100))
+    device.run(1)
+    assert device.pulses[0] == 400
+    assert statistics(device).missing == 0

@@ -4,19 +4,33 @@ from __future__ import annotations
 
 import socket
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 
 import pytest
 from patience import HANG_S, wait_until
 from serve_peer import Peer
-from test_serve_wire import ADDRESS, STRANGER, position, serve
+from test_serve_wire import ADDRESS, STRANGER, framed, position, serve
 from wificnc.errors import LinkError, RefusedError
 from wificnc.serve.options import Address
 from wificnc.serve.server import Server
 from wificnc.wmc3 import device as device_module
 from wificnc.wmc3.device import Device
-from wificnc.wmc3.layout import UDP_PORT, Jog, Motion, Segment, State, Statistics, StatisticsResponse
+from wificnc.wmc3.layout import (
+    CONTROL_PORT,
+    UDP_PORT,
+    Hold,
+    IoControl,
+    Jog,
+    Motion,
+    Ping,
+    Pong,
+    Resume,
+    Segment,
+    State,
+    Statistics,
+    StatisticsResponse,
+)  # fmt: skip
 from wificnc.wmc3.packet import build
 
 __all__ = ["serve"]
@@ -139,3 +153,77 @@ def test_after_a_restart_with_another_key_nothing_of_before_counts(serve: Callab
             with Device(ADDRESS, KEY) as old, pytest.raises(RefusedError, match="authentication"):
                 old.command(Jog(0, 1, 1000))
             owner.command(Jog(0, 1, 1000))
+
+
+class Crowd:
+    """Strangers, each of another address, that take all places that are left to them, and talk."""
+
+    def __init__(self) -> None:
+        self.all: list[socket.socket] = []
+
+    def come(self, count: int) -> None:
+        for _ in range(count):
+            address = f"127.0.1.{len(self.all) + 1}"
+            self.all.append(socket.create_connection((ADDRESS, CONTROL_PORT), HANG_S, (address, 0)))
+            self.all[-1].setblocking(False)
+
+    def talk(self) -> None:
+        for one in self.all:
+            with suppress(OSError):
+                one.send(framed(build(Ping(1), 1)))
+
+
+@pytest.fixture
+def crowd() -> Iterator[Crowd]:
+    made = Crowd()
+    yield made
+    for one in made.all:
+        one.close()
+
+
+def test_a_crowd_does_not_displace_a_host_whose_motion_waits_in_a_hold(
+    serve: Callable[..., Server], crowd: Crowd
+) -> None:
+    serve(key=KEY, speed=20.0)
+    with Device(ADDRESS, KEY) as device:
+        reports = device.reports(HANG_S)
+        begin_ms = next(reports).uptime_ms
+        device.post(Motion(count=8), [Segment((1000, 0, 0, 0, 0, 0), 1_000_000)] * 8)
+        while next(reports).position_steps[0] == 0:
+            pass
+        device.post(Hold())
+        crowd.come(3)
+        while next(reports).uptime_ms - begin_ms < 40_000:
+            crowd.talk()
+        crowd.come(4)
+        for _ in range(20):
+            crowd.talk()
+            next(reports)
+        device.post(Resume())
+        while (now := next(reports)).state != State.IDLE:
+            assert now.state in (State.HOLD, State.RUN)
+        assert now.position_steps[0] == 8000
+
+
+def test_a_crowd_does_not_displace_a_host_that_sends_only_datagrams(serve: Callable[..., Server], crowd: Crowd) -> None:
+    """Its connection is silent for longer than others may be; but it is what its datagrams are proven by."""
+    serve(key=KEY, speed=20.0)
+    with Device(ADDRESS, KEY) as device:
+        device.command(IoControl())
+        reports = device.reports(HANG_S)
+        begin_ms = next(reports).uptime_ms
+        crowd.come(3)
+        now_ms = begin_ms
+        while now_ms - begin_ms < 40_000:
+            device.post(Jog(0, 1, 1000))
+            crowd.talk()
+            now = next(reports)
+            now_ms = now.uptime_ms
+        assert now.state == State.JOG
+        crowd.come(4)
+        for _ in range(20):
+            crowd.talk()
+            device.post(Jog(0, 1, 1000))
+            now = next(reports)
+        assert now.state == State.JOG
+        assert device.request(Ping(7), Pong) == Pong(7)

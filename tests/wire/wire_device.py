@@ -203,7 +203,7 @@ class Device:
 
     def jog(self, jog: Jog, seconds: float, address: str = HOST) -> None:
         """A jog that is repeated as our hosts do."""
-        end = self.now + seconds
+        end = round((self.now + seconds) * TIMER_HZ) / TIMER_HZ  # a time that run_until() reaches
         while self.now < end:
             self.send(jog, address=address)
             self.run_until(min(end, self.now + JOG_REPEAT_MS / 1000))
