@@ -59,12 +59,27 @@ VEC_INLINE vec vec_select(vec_mask mask, vec a, vec b) {
 }
 
 /** The smaller of each two lanes, and the greater. */
+#ifdef __SSE__ /* the loops become an instruction of four lanes */
+VEC_INLINE vec vec_lower(vec a, vec b) {
+    vec lower;
+    for (unsigned lane = 0; lane < VEC_LANES; lane++)
+        lower[lane] = a[lane] < b[lane] ? a[lane] : b[lane];
+    return lower;
+}
+VEC_INLINE vec vec_higher(vec a, vec b) {
+    vec higher;
+    for (unsigned lane = 0; lane < VEC_LANES; lane++)
+        higher[lane] = a[lane] > b[lane] ? a[lane] : b[lane];
+    return higher;
+}
+#else
 VEC_INLINE vec vec_lower(vec a, vec b) {
     return vec_select(a < b, a, b);
 }
 VEC_INLINE vec vec_higher(vec a, vec b) {
     return vec_select(a > b, a, b);
 }
+#endif
 
 /** a with its sign turned round where b is negative. */
 VEC_INLINE vec vec_turn_sign(vec a, vec b) {

@@ -56,9 +56,10 @@ struct ahead_source {
     uint32_t (*news)(const void *ctx);
     /** How to come to rest on the path. @return false: AHEAD_END is not near */
     bool (*stop)(void *ctx, enum ahead_stop how);
-    /** Segments that one call makes at most, so that others may work in between; UINT32_MAX: a whole batch.
-     */
+    /** How much one call makes, so that others may work in between; UINT32_MAX: a whole batch. And how much
+     * of that the newest segment was, above 0. */
     uint32_t (*portion)(const void *ctx);
+    uint32_t (*work)(const void *ctx);
     /** Come to rest in a way that stop() has begun, in a state that was taken back; or AHEAD_GO, without an
      * end of it. Never for a source of whole batches. */
     void (*go_on)(void *ctx, enum ahead_stop how);
@@ -85,16 +86,10 @@ struct ahead_batch {
     uint8_t commit;       /* place of the mark where the committed part ends ... */
     uint8_t commit_count; /* ... segments of it ... */
     uint32_t commit_us;   /* ... and its motion time */
-    uint32_t left;        /* segments of this portion */
+    uint32_t left;        /* of this portion */
     uint32_t at_us;       /* motion time of what is made */
     uint32_t marked_us;   /* of its newest mark ... */
     uint32_t every_us;    /* ... and from there to the next one of a stop */
-};
-
-struct ahead_mark {
-    uint32_t us;      /* motion time */
-    bool used, fresh; /* fresh: of the batch that is pending */
-    bool stops;       /* in a stop, which no one asked for */
 };
 
 struct ahead {
@@ -102,9 +97,10 @@ struct ahead {
     enum ahead_owner owner;
     const struct ahead_source *source;
     void *ctx;
-    struct ahead_mark marks[QUEUE_MARKS];
-    struct ahead_batch batch; /* that is being made */
-    uint32_t branch, commit;  /* places: where the newest batch begins; the state the source has now */
+    uint32_t mark_us[QUEUE_MARKS]; /* motion time of marks; bit n of a set is place n: */
+    uint32_t used, fresh, stops;   /* all, of the batch that is pending, in a stop that no one asked for */
+    struct ahead_batch batch;      /* that is being made */
+    uint32_t branch, commit;       /* places: where the newest batch begins; the state the source has now */
     uint32_t commit_before, end_us_before; /* of what is in force while a batch is pending */
     uint32_t end_us;                       /* of all that is published, its stop included */
     uint32_t full_us;                      /* AHEAD_FULL_US, or less while spans do not suffice */
@@ -170,6 +166,9 @@ bool ahead_poll(struct ahead *ahead);
 
 /** Committed motion that is left, us; less than 0: the step interrupt is in the stop after it. */
 int32_t ahead_left_us(const struct ahead *ahead);
+
+/** Nothing is to be made, changed, answered or released yet: ahead_poll() would do nothing. */
+bool ahead_has_enough(const struct ahead *ahead);
 
 /** All motion that is published, us. */
 uint32_t ahead_queued_us(const struct ahead *ahead);
