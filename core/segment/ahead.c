@@ -101,21 +101,20 @@ static bool has_places(const struct ahead *ahead, uint32_t count) {
     return free != 0;
 }
 
-/* The segment made last ends in a mark. @return its place; QUEUE_MARKS: there is none for one that need not
- * be
- */
+/* The segment made last ends in a mark, of the state that the source has now; if it does already, in that
+ * one: the motion side keeps one mark of a segment. @return its place; QUEUE_MARKS: there is none for one
+ * that need not be */
 static uint32_t put_mark(struct ahead *ahead, uint32_t at_us, bool must, bool stops) {
-    struct segment_queue *queue = ahead->queue;
+    struct segment *segment = &ahead->queue->slots[ahead->queue->count - 1];
     uint32_t free = ~ahead->used & ALL_MARKS;
-    if (!has_places(ahead, must ? 1u : SPARE_MARKS + 1u))
+    if (segment->mark == 0 && !has_places(ahead, must ? 1u : SPARE_MARKS + 1u))
         return QUEUE_MARKS;
-    uint32_t place = take_place(&free);
+    uint32_t place = segment->mark != 0 ? segment->mark - 1u : take_place(&free);
     ahead->mark_us[place] = at_us;
     ahead->used |= bit(place);
     ahead->fresh |= bit(place);
     ahead->stops = stops ? ahead->stops | bit(place) : ahead->stops & ~bit(place);
-    /* 0 is a segment without a mark. */
-    queue->slots[queue->count - 1].mark = (uint8_t)(place + 1);
+    segment->mark = (uint8_t)(place + 1); /* 0 is a segment without a mark */
     ahead->source->save(ahead->ctx, place);
     return place;
 }
@@ -244,6 +243,19 @@ static bool put_committed(struct ahead *ahead) {
     return true;
 }
 
+/* The source rests. Where it does so at the branch and something is published after that, a rest takes its
+ * place: a batch without segments would leave it in force. */
+static void put_rest(struct ahead *ahead) {
+    if (ahead->queue->count > 0 || ahead->batch.at_us == ahead->end_us)
+        return;
+    struct segment *segment = next_slot(ahead);
+    segment->duration_ns = REST_NS;
+    segment->flags = SEGMENT_DWELL | SEGMENT_LAST;
+    ahead->batch.at_us += REST_NS / 1000u;
+    segment->end_us = ahead->batch.at_us;
+    ahead->queue->count++;
+}
+
 /* Segments until the source rests, no longer than this and no more of them in the batch.
  * @return false: the portion is over; *rests: it does not fit, if this is false */
 static bool put_until_rest(struct ahead *ahead, uint32_t most_us, uint32_t most_count, bool *rests) {
@@ -262,6 +274,8 @@ static bool put_until_rest(struct ahead *ahead, uint32_t most_us, uint32_t most_
         batch->every_us *= 2;
     }
     *rests = source->rests(ahead->ctx);
+    if (*rests)
+        put_rest(ahead);
     if (*rests && batch->at_us != batch->commit_us)
         (void)put_mark(ahead, batch->at_us, true, true);
     return true;
@@ -282,28 +296,15 @@ static bool begin_stop(struct ahead *ahead, enum ahead_stop how) {
     return ahead->source->stop(ahead->ctx, how);
 }
 
-/* Nothing follows the branch, but something did. */
-static void put_rest(struct ahead *ahead) {
-    struct segment *segment = next_slot(ahead);
-    segment->duration_ns = REST_NS;
-    segment->flags = SEGMENT_DWELL | SEGMENT_LAST;
-    ahead->batch.at_us += REST_NS / 1000u;
-    segment->end_us = ahead->batch.at_us;
-    ahead->queue->count++;
-}
-
 /* The state that the source has now is that at the end of the committed part. When nothing was committed,
  * that is the branch; if it lies in a stop, its state was that of a source that stops, and now is of one that
  * continues. */
 static uint32_t commit_mark(struct ahead *ahead, uint32_t at_us) {
-    const struct segment_queue *queue = ahead->queue;
-    uint32_t mark = queue->count > 0 ? queue->slots[queue->count - 1].mark : 0u;
-    if (queue->count == 0) {
-        ahead->source->save(ahead->ctx, ahead->branch);
-        ahead->passed = false;
-        return ahead->branch;
-    }
-    return mark != 0 ? mark - 1u : put_mark(ahead, at_us, true, false);
+    if (ahead->queue->count > 0)
+        return put_mark(ahead, at_us, true, false);
+    ahead->source->save(ahead->ctx, ahead->branch);
+    ahead->passed = false;
+    return ahead->branch;
 }
 
 /* A batch from the branch, where the source's state is. */
@@ -323,8 +324,8 @@ static void begin_batch(struct ahead *ahead) {
 /* The committed part is made. @return false: it ends at rest, and there is no stop to be made */
 static bool end_committed(struct ahead *ahead) {
     struct ahead_batch *batch = &ahead->batch;
-    bool rests = ahead->source->rests(ahead->ctx), ends_there = batch->at_us == ahead->end_us;
-    if (ahead->queue->count == 0 && rests && !ends_there)
+    bool rests = ahead->source->rests(ahead->ctx);
+    if (rests)
         put_rest(ahead);
     /* Before the stop is made, which moves the source on. */
     batch->commit = (uint8_t)commit_mark(ahead, batch->at_us);
