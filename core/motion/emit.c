@@ -537,7 +537,9 @@ static uint32_t reach_us(const void *ctx) {
     const struct emit *emit = ctx;
     if (gear_is_on(&emit->gear))
         return AHEAD_SOON_US;
-    return is_firm(emit) ? AHEAD_FULL_US : AHEAD_NEAR_US;
+    if (!is_firm(emit))
+        return AHEAD_NEAR_US;
+    return shaper_is_on(emit->shaper) ? AHEAD_FULL_US : AHEAD_FAR_US; /* records: motion/history.h */
 }
 
 static uint32_t news(const void *ctx) {

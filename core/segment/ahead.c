@@ -62,7 +62,7 @@ void ahead_reset(struct ahead *ahead) {
     ahead->mark_us[QUEUE_RESET_MARK] = 0;
     ahead->branch = ahead->commit = QUEUE_RESET_MARK;
     ahead->end_us = 0;
-    ahead->full_us = AHEAD_FULL_US;
+    ahead->full_us = AHEAD_FAR_US;
     ahead->pending = ahead->changed = ahead->changing = ahead->soft = ahead->passed = false;
     ahead->noted = ahead->spare = ahead->crowded = ahead->ends = ahead->open = false;
     ahead->batch.stage = AHEAD_NO_BATCH;
@@ -195,7 +195,7 @@ static void take(struct ahead *ahead) {
     ahead->side ^= 1u;
     ahead->noted = ahead->spare = ahead->crowded = false;
     /* Back in small steps, so that it does not become too large again with the next batch. */
-    if (ahead->full_us < AHEAD_FULL_US)
+    if (ahead->full_us < AHEAD_FAR_US)
         ahead->full_us += MIN_US;
 }
 

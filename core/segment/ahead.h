@@ -12,18 +12,19 @@
  *     ---M-------M-------M-------M  s  s  M  s  s  R        M: mark, a state that the source has kept
  *     ^ now      '-> a new batch, when what was planned beyond this mark is to be changed
  *
- * How far ahead the source says: FULL where later moves cannot change anything; NEAR where they can (the
- * planner brakes for the end of the path that it knows), because what is published would have to be planned
- * again; SOON what follows something that moves by itself. */
+ * How far ahead the source says: FULL where later moves cannot change anything, or FAR, if it can keep the
+ * states; NEAR where they can (the planner brakes for the end of the path that it knows), because what is
+ * published would have to be planned again; SOON what follows something that moves by itself. */
 #ifndef WIFICNC_SEGMENT_AHEAD_H
 #define WIFICNC_SEGMENT_AHEAD_H
 
 #include "segment/queue.h"
 
 /** Committed motion, us; more is published when half of it is left, or LEAST: each time a stop is made, which
- * costs as much as the motion. LEAST: a task that is late by 20 ms does not slow a job. Half of NEAR is as
- * long as the slowest task of any board may sleep and be late, twice (targets/chip/task_periods.h); of SOON:
- * once. */
+ * costs as much as 30 ms of motion. FAR: as far as there are places for marks. LEAST: a task that is late by
+ * 20 ms does not slow a job. Half of NEAR is as long as the slowest task of any board may sleep and be late,
+ * twice (targets/chip/task_periods.h); of SOON: once. */
+#define AHEAD_FAR_US   72000u
 #define AHEAD_FULL_US  50000u
 #define AHEAD_LEAST_US 22000u
 #define AHEAD_NEAR_US  16000u
@@ -50,7 +51,7 @@ struct ahead_source {
     bool (*make)(void *ctx, struct segment *segment);
     /** At rest after what was made. */
     bool (*rests)(const void *ctx);
-    /** How far ahead to publish: AHEAD_FULL_US or less. */
+    /** How far ahead to publish: AHEAD_FAR_US or less. */
     uint32_t (*reach_us)(const void *ctx);
     /** Moves known so far; changes with each. */
     uint32_t (*news)(const void *ctx);
@@ -103,7 +104,7 @@ struct ahead {
     uint32_t branch, commit;       /* places: where the newest batch begins; the state the source has now */
     uint32_t commit_before, end_us_before; /* of what is in force while a batch is pending */
     uint32_t end_us;                       /* of all that is published, its stop included */
-    uint32_t full_us;                      /* AHEAD_FULL_US, or less while spans do not suffice */
+    uint32_t full_us;                      /* AHEAD_FAR_US, or less while spans do not suffice */
     uint32_t news;                         /* of the source, when the newest batch was made */
     uint32_t next_us; /* motion time of the mark that is passed next, if that still counts */
     bool passed;
