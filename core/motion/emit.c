@@ -217,13 +217,14 @@ static void take_stop(struct emit *emit, int64_t at[CORE_AXES]) {
 
 /* Steps and phases from where the last segment ended to here. */
 static void set_axes(struct emit *emit, struct segment *segment, const int64_t at[CORE_AXES]) {
-    memset(segment->phase, SEGMENT_PHASE_HALF, sizeof segment->phase);
-    memset(segment->phase_end, SEGMENT_PHASE_HALF, sizeof segment->phase_end);
-    for (unsigned ax = 0; ax < emit->plan->limits.axis_count; ax++) {
-        int32_t steps = (int32_t)(at[ax] >> 16), count = steps - emit->steps[ax];
+    const unsigned count = emit->plan->limits.axis_count;
+    for (unsigned ax = count; ax < AXIS_COUNT; ax++)
+        segment->phase[ax] = segment->phase_end[ax] = SEGMENT_PHASE_HALF;
+    for (unsigned ax = 0; ax < count; ax++) {
+        int32_t steps = (int32_t)(at[ax] >> 16), made = steps - emit->steps[ax];
         uint8_t fraction = (uint8_t)(at[ax] >> 8 & 255);
-        bool down = count < 0;
-        segment->steps[ax] = (int16_t)count;
+        bool down = made < 0;
+        segment->steps[ax] = (int16_t)made;
         segment->phase[ax] = (uint8_t)(down ? 255 - emit->fraction[ax] : emit->fraction[ax]);
         segment->phase_end[ax] = (uint8_t)(down ? 255 - fraction : fraction);
         emit->steps[ax] = steps;
@@ -276,7 +277,7 @@ static float travel_sample(struct emit *emit, const struct piece *piece) {
         time_s += took_s;
         if (travel_ends(emit) || !emit->entered)
             break;
-        if (is_other(piece, travel_piece(emit)))
+        if (time_s >= most_s || is_other(piece, travel_piece(emit)))
             break;
         if (emit->stop == AHEAD_STOP)
             most_s = min_f(most_s, emit_stop_sample_s(emit));

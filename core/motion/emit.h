@@ -21,25 +21,41 @@
 #define EMIT_CORNER_BITS 31
 #define EMIT_CORNER      (1ll << EMIT_CORNER_BITS)
 
-/** State that is kept at a mark: what making segments changes. What others change (the plan, hold, overrides,
- * the spindle) is not part of it. */
+/** State that making segments changes, in one block: it is kept at a mark, and taken back. */
+#define EMIT_STATE                                                                                           \
+    int64_t corner[CORE_AXES];    /* control point at the end of the piece at tail, 1/EMIT_CORNER step */    \
+    uint64_t dwelt_ns;            /* made of dwell_ns, since the last reset */                               \
+    const struct shaper *shaper;  /* what is made of the path: one of the plan's */                          \
+    int32_t steps[AXIS_COUNT];    /* where the last segment ended, to the nearest step below ... */          \
+    float along_mm;               /* from the control point before to the place on the straight part ... */  \
+    float along_rest_mm;          /* ... and what a float loses of it: a slow move is many small sums */     \
+    float left;                   /* of this half of a blend, 0.5 .. 0 of all of it */                       \
+    float y;                      /* motion/timing.h */                                                      \
+    float v_mm_s;                 /* of the axes ... */                                                      \
+    float path_mm_s;              /* ... and of the path that they follow */                                 \
+    ramp_state ramp;              /* of its acceleration */                                                  \
+    float time_ns;                /* fraction of a nanosecond carried from segment to segment */             \
+    uint32_t piece_at;            /* place where the piece at tail begins (motion/power.h) */                \
+    struct power_place power;     /* at the end of the last segment */                                       \
+    uint8_t fraction[AXIS_COUNT]; /* ... plus this, in 1/256; 128 is exactly on a step */                    \
+    uint16_t next_id;                                                                                        \
+    uint8_t ended_flags; /* of the piece that ended in the last stop; enum motion_flags */                   \
+    bool entered;        /* the piece at tail has begun */                                                   \
+    bool on_blend;       /* of that, or else along_mm of its straight part */                                \
+    bool second_half;    /* of the blend */                                                                  \
+    bool settles;        /* at an exact stop, until the axes have come there, too */                         \
+    bool late;           /* limits were lowered; not yet down to them */                                     \
+    bool ran_dry         /* came to rest for want of a next move */
+
+struct emit_state {
+    EMIT_STATE;
+};
+
+/** What is kept at a mark. What others change (the plan, hold, overrides, the spindle) is not part of it. */
 struct emit_place {
-    bool entered, on_blend, second_half, settles, late, ran_dry;
-    uint8_t ended_flags;
-    uint16_t next_id;
-    float left;
-    float y, v_mm_s, path_mm_s;
-    ramp_state ramp;
-    float along_mm, along_rest_mm, time_ns;
-    int64_t corner[CORE_AXES];
-    int32_t steps[AXIS_COUNT];
-    uint8_t fraction[AXIS_COUNT];
+    struct emit_state state;
     uint32_t tail, stop_tail; /* of the path */
-    uint32_t piece_at;        /* emit.piece_at then */
-    struct power_place power;
-    uint32_t limits; /* emit.limits then */
-    uint64_t dwelt_ns;
-    const struct shaper *shaper;
+    uint32_t limits;          /* emit.limits then */
     struct history_place history;
     struct gear_place gear;
 };
@@ -57,46 +73,30 @@ struct emit_slope {
 struct emit {
     struct plan *plan;
     struct ahead *ahead;
-    bool entered;                    /* the piece at tail has begun */
-    bool on_blend;                   /* of that, or else `along_mm` of its straight part */
-    int64_t corner[CORE_AXES];       /* control point at the end of the piece at tail, 1/EMIT_CORNER step */
-    float along_mm;                  /* from the control point before ... */
-    float along_rest_mm;             /* ... and what a float loses of it: a slow move is many small sums */
-    bool second_half;                /* of the blend ... */
-    float left;                      /* ... and what of this half is left, 0.5 .. 0 of all of the blend */
-    float y;                         /* motion/timing.h */
-    float v_mm_s;                    /* of the axes ... */
-    float path_mm_s;                 /* ... and of the path that they follow */
-    ramp_state ramp;                 /* of its acceleration */
-    int32_t steps[AXIS_COUNT];       /* where the last segment ended, to the nearest step below ... */
-    uint8_t fraction[AXIS_COUNT];    /* ... plus this, in 1/256; 128 is exactly on a step */
-    const struct shaper *shaper;     /* what is made of the path: one of the plan's */
+    union {
+        struct {
+            EMIT_STATE;
+        };
+        struct emit_state state;
+    };
     struct history history;          /* of the path */
     struct history_shape shape;      /* where the axes are, if the shaper is on */
     struct gear gear;                /* motion that follows the spindle; nothing is planned meanwhile */
     struct spindle spindle;          /* what it follows */
     uint32_t now_us;                 /* of this poll */
     struct beam beam;                /* a laser */
-    uint32_t piece_at;               /* place where the piece at tail begins (motion/power.h) */
-    struct power_place power;        /* at the end of the last segment */
     struct emit_slope slope;         /* of the blend at tail */
-    bool settles;                    /* at an exact stop, until the axes have come there, too */
-    uint8_t ended_flags;             /* of the piece that ended in the last stop; enum motion_flags */
-    float time_ns;                   /* fraction of a nanosecond carried from segment to segment */
     bool flush;                      /* nothing follows: coming to rest is not counted as starved */
     bool hold, hold_asked;           /* slow down along the path and stand; asked: not only to make a stop */
     bool waits;                      /* at rest, for more moves: nothing is made */
-    bool late;                       /* limits were lowered; not yet down to them */
     uint32_t limits;                 /* counts changes of them */
     enum ahead_stop stop;            /* what is made is one ... */
     uint32_t stop_samples;           /* ... so many samples of it */
     float stop_first_s, stop_most_s; /* its first segment, and the longest */
     float stop_v_mm_s;               /* where it begins */
     uint32_t work;                   /* the newest segment took, in stretches of the path */
-    bool ran_dry;                    /* came to rest for want of a next move */
-    uint32_t starved;                /* times a next move came after that */
-    uint16_t next_id;
-    uint64_t dwell_ns, dwelt_ns; /* asked for and made, since the last reset */
+    uint32_t starved;                /* times a next move came after it had run dry */
+    uint64_t dwell_ns;               /* asked for since the last reset */
     struct emit_place places[QUEUE_MARKS];
 };
 

@@ -280,9 +280,8 @@ static bool rests_for_good(const struct motion *motion) {
 static bool wants_pass(const struct motion *motion) {
     if (plan_has_pass(&motion->plan))
         return true;
-    if (plan_is_timed(&motion->plan, PIECES_AHEAD) || motion->waits)
-        return false;
-    return ahead_left_us(&motion->ahead) < (int32_t)AHEAD_LEAST_US || rests_for_good(motion);
+    bool soon = ahead_left_us(&motion->ahead) < (int32_t)AHEAD_LEAST_US || rests_for_good(motion);
+    return soon && !motion->waits && !plan_is_timed(&motion->plan, PIECES_AHEAD);
 }
 
 /* The plan's timing is as good as it can be, or must do: a hold does not need it, and where motion is needed
