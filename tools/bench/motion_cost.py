@@ -30,9 +30,9 @@ XTENSA_BUDGET = ROOT / "tests" / "budget" / "xtensa_motion.json"
 XTENSA = {"esp32": Chip.ESP32, "esp32s3": Chip.ESP32S3}
 SURFACE, CIRCLE = "surface", "chopped circle"
 LINES = {SURFACE: (relief, 500), CIRCLE: (chopped_circle, 2500)}
-LONGEST = {"motion_poll": 8_000, "prep_poll": 7_500}
-PER_BLOCK = {SURFACE: 26_000, CIRCLE: 1_900}
-PER_STEP = {SURFACE: 180, CIRCLE: 95}
+LONGEST = {"motion_poll": 7_500, "prep_poll": 7_500}
+PER_BLOCK = {SURFACE: 22_500, CIRCLE: 1_500}
+PER_STEP = {SURFACE: 141, CIRCLE: 68}
 
 
 def write_jobs(folder: Path) -> dict[str, Path]:
