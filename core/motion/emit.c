@@ -10,16 +10,18 @@
 #include <math.h>
 #include <string.h>
 
-#define LINE_SAMPLE_S  0.004f  /* of a segment, on a straight part that continues for longer */
-#define MIN_SAMPLE_S   0.0002f /* where the acceleration changes */
-#define REST_NS        1000u   /* less of it at the end of a sample is rounding */
-#define GEAR_SAMPLE_S  0.002f  /* of motion that follows the spindle */
-#define ENOUGH_MM      0.5f  /* and a little more than the way to a stop: no more of the path is needed yet */
-#define SLACK_USED     1.01f /* of the way to a stop, for rounding */
-#define MAX_DWELL_NS   20000000u /* of one dwell segment */
-#define END_S          0.05f     /* and so much: the end of the path is the stop */
-#define PORTION        5u /* segments of a batch that one poll makes, and of motion that a shaper makes */
-#define PORTION_SHAPED 2u
+#define LINE_SAMPLE_S 0.004f  /* of a segment, on a straight part that continues for longer */
+#define MIN_SAMPLE_S  0.0002f /* where the acceleration changes */
+#define REST_NS       1000u   /* less of it at the end of a sample is rounding */
+#define GEAR_SAMPLE_S 0.002f  /* of motion that follows the spindle */
+#define ENOUGH_MM     0.5f  /* and a little more than the way to a stop: no more of the path is needed yet */
+#define SLACK_USED    1.01f /* of the way to a stop, for rounding */
+#define CORNER_SHIFT  (EMIT_CORNER_BITS - 16) /* to units of HISTORY_STEP */
+#define SHORT_UNITS   0x1p31f                 /* of HISTORY_STEP: they fit a word */
+#define MAX_DWELL_NS  20000000u               /* of one dwell segment */
+#define END_S         0.05f                   /* and so much: the end of the path is the stop */
+#define PORTION 7u /* stretches of the path in a batch that one poll makes; a segment counts as one more, */
+#define SHAPED_WORK 3u /* and if a shaper makes it as so many more again */
 
 void emit_init(struct emit *emit, struct plan *plan, struct ahead *ahead) {
     *emit = (struct emit){.plan = plan, .ahead = ahead};
@@ -47,32 +49,42 @@ static void choose_shaper(struct emit *emit, bool unshaped) {
     stand_still(emit);
 }
 
+static double steps_of(const struct emit *emit, unsigned axis) {
+    return (double)emit->plan->limits.steps_per_mm[axis];
+}
+
 void emit_reset(struct emit *emit, const int32_t position_steps[AXIS_COUNT]) {
     emit->entered = emit->on_blend = emit->flush = emit->hold = emit->hold_asked = emit->late =
         emit->ran_dry = false;
-    emit->settles = emit->waits = false;
+    emit->settles = emit->waits = emit->slope.known = false;
     emit->gear.phase = GEAR_OFF;
     emit->y = emit->v_mm_s = emit->path_mm_s = emit->ramp = 0.0f;
-    emit->along_mm = emit->t = 0.0;
+    emit->along_mm = emit->along_rest_mm = 0.0f;
     emit->dwell_ns = emit->dwelt_ns = 0;
     emit->stop = AHEAD_GO;
     emit->piece_at = 0;
     emit->power = (struct power_place){0};
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        emit->corner_mm[ax] = emit->plan->position_mm[ax];
         emit->steps[ax] = position_steps[ax];
         emit->fraction[ax] = SEGMENT_PHASE_HALF;
     }
+    for (unsigned ax = 0; ax < CORE_AXES; ax++)
+        emit->corner[ax] = (int64_t)(emit->plan->position_mm[ax] * steps_of(emit, ax) * (double)EMIT_CORNER);
     stand_still(emit);
 }
 
-void emit_shift(struct emit *emit, const int32_t steps[AXIS_COUNT], const double way_mm[AXIS_COUNT]) {
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        emit->corner_mm[ax] += way_mm[ax];
+void emit_shift(struct emit *emit, const int32_t steps[AXIS_COUNT]) {
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         emit->steps[ax] += steps[ax];
-    }
-    for (unsigned ax = 0; ax < CORE_AXES; ax++)
+    for (unsigned ax = 0; ax < CORE_AXES; ax++) {
+        emit->corner[ax] += steps[ax] * EMIT_CORNER;
         emit->history.now.in[ax] += (int64_t)steps[ax] * HISTORY_STEP;
+    }
+}
+
+void emit_corner_mm(const struct emit *emit, double at_mm[AXIS_COUNT]) {
+    for (unsigned ax = 0; ax < CORE_AXES; ax++)
+        at_mm[ax] = (double)emit->corner[ax] / (double)EMIT_CORNER / steps_of(emit, ax);
 }
 
 void emit_set_shaper(struct emit *emit) {
@@ -111,9 +123,7 @@ float emit_slack_mm(const struct emit *emit) {
     const struct piece *last = &path->pieces[(path->head - 1) & (PLAN_SIZE - 1)];
     bool on_it = path_count(path) == 1 && emit->entered;
     float before_mm = path->pieces[(path->head - 2) & (PLAN_SIZE - 1)].tangent_mm;
-    float left_mm = last->length_mm - (on_it                  ? (float)emit->along_mm
-                                       : path_count(path) > 1 ? before_mm
-                                                              : 0.0f);
+    float left_mm = last->length_mm - (on_it ? emit->along_mm : path_count(path) > 1 ? before_mm : 0.0f);
     float y = on_it ? emit->y : path_count(path) > 1 ? last->enter_y : 0.0f;
     return left_mm - SLACK_USED * y / (2.0f * last->accel_mm_s2) - ramp_mm(path, last->accel_mm_s2, y);
 }
@@ -157,7 +167,7 @@ void emit_change_limits(struct emit *emit) {
 /* From here to the end of the pieces it is `times` the way to a stop and `more_mm`, or less. */
 static bool is_near_end(const struct emit *emit, float times, float more_mm) {
     struct path *path = &emit->plan->path;
-    float left = 0.5f * times * emit->y, skip_mm = more_mm + (float)emit->along_mm;
+    float left = 0.5f * times * emit->y, skip_mm = more_mm + emit->along_mm;
     if (path_count(path) > 0)
         skip_mm += ramp_mm(path, path_piece(path, path->tail)->accel_mm_s2, emit->y);
     for (uint32_t i = path->tail; i != path->head; i++) {
@@ -186,13 +196,15 @@ static int64_t in_units(double place_mm, float steps_per_mm) {
     return (int64_t)(units + (units < 0.0 ? -0.5 : 0.5));
 }
 
-/* Where the path is, as exactly_on(). */
+/* Where the path is, as exactly_on(): the corner exactly, and from there in single precision. */
 static void find_steps(const struct emit *emit, int64_t at[CORE_AXES]) {
-    const struct plan *plan = emit->plan;
     float rest_mm[AXIS_COUNT];
     travel_position(emit, rest_mm);
-    for (unsigned ax = 0; ax < plan->limits.axis_count; ax++)
-        at[ax] = in_units(emit->corner_mm[ax] + (double)rest_mm[ax], plan->limits.steps_per_mm[ax]);
+    for (unsigned ax = 0; ax < emit->plan->limits.axis_count; ax++) {
+        float rest = rest_mm[ax] * emit->plan->limits.steps_per_mm[ax] * (float)HISTORY_STEP;
+        int64_t units = fabsf(rest) < SHORT_UNITS ? (int32_t)rest : (int64_t)rest; /* in hardware */
+        at[ax] = (emit->corner[ax] >> CORNER_SHIFT) + HISTORY_STEP / 2 + units;
+    }
 }
 
 /* The piece before tail has ended in a stop: take the exact target. */
@@ -205,13 +217,14 @@ static void take_stop(struct emit *emit, int64_t at[CORE_AXES]) {
 
 /* Steps and phases from where the last segment ended to here. */
 static void set_axes(struct emit *emit, struct segment *segment, const int64_t at[CORE_AXES]) {
-    memset(segment->phase, SEGMENT_PHASE_HALF, sizeof segment->phase);
-    memset(segment->phase_end, SEGMENT_PHASE_HALF, sizeof segment->phase_end);
-    for (unsigned ax = 0; ax < CORE_AXES; ax++) {
-        int32_t steps = (int32_t)(at[ax] >> 16), count = steps - emit->steps[ax];
+    const unsigned count = emit->plan->limits.axis_count;
+    for (unsigned ax = count; ax < AXIS_COUNT; ax++)
+        segment->phase[ax] = segment->phase_end[ax] = SEGMENT_PHASE_HALF;
+    for (unsigned ax = 0; ax < count; ax++) {
+        int32_t steps = (int32_t)(at[ax] >> 16), made = steps - emit->steps[ax];
         uint8_t fraction = (uint8_t)(at[ax] >> 8 & 255);
-        bool down = count < 0;
-        segment->steps[ax] = (int16_t)count;
+        bool down = made < 0;
+        segment->steps[ax] = (int16_t)made;
         segment->phase[ax] = (uint8_t)(down ? 255 - emit->fraction[ax] : emit->fraction[ax]);
         segment->phase_end[ax] = (uint8_t)(down ? 255 - fraction : fraction);
         emit->steps[ax] = steps;
@@ -220,12 +233,13 @@ static void set_axes(struct emit *emit, struct segment *segment, const int64_t a
 }
 
 static uint32_t duration_ns(struct emit *emit, float time_s) {
-    double ns = (double)time_s * 1e9 + emit->time_ns;
-    if (ns < 1.0)
-        ns = 1.0;
+    float ns = time_s * 1e9f;
     uint32_t whole = (uint32_t)ns;
-    emit->time_ns = ns - (double)whole;
-    return whole;
+    float rest = ns - (float)whole + emit->time_ns;
+    bool more = rest >= 1.0f;
+    emit->time_ns = more ? rest - 1.0f : rest;
+    whole += more;
+    return whole > 0 ? whole : 1u;
 }
 
 static uint8_t segment_flags(uint8_t motion_flags) {
@@ -245,7 +259,7 @@ static bool is_other(const struct piece *a, const struct piece *b) {
 static float sample_s(const struct emit *emit, const struct piece *piece) {
     bool stops = emit->stop != AHEAD_GO;
     float line_s = stops ? emit->stop_most_s : LINE_SAMPLE_S;
-    float left_mm = piece->length_mm - piece->tangent_mm - (float)emit->along_mm;
+    float left_mm = piece->length_mm - piece->tangent_mm - emit->along_mm;
     float longest_mm = (emit->v_mm_s + (stops ? 0.0f : piece->accel_mm_s2 * line_s)) * line_s;
     if (emit->stop == AHEAD_STOP)
         return emit_stop_sample_s(emit);
@@ -259,10 +273,11 @@ static float travel_sample(struct emit *emit, const struct piece *piece) {
         if (emit->stop == AHEAD_GO && !emit->hold && !plan_is_timed(emit->plan, 0))
             (void)plan_time(emit->plan, UINT32_MAX);
         float asked_s = most_s - time_s, took_s = travel(emit, asked_s);
+        emit->work++;
         time_s += took_s;
         if (travel_ends(emit) || !emit->entered)
             break;
-        if (is_other(piece, travel_piece(emit)))
+        if (time_s >= most_s || is_other(piece, travel_piece(emit)))
             break;
         if (emit->stop == AHEAD_STOP)
             most_s = min_f(most_s, emit_stop_sample_s(emit));
@@ -283,6 +298,7 @@ static float travel_time(struct emit *emit, float time_s) {
         if (emit->stop == AHEAD_GO && !emit->hold && !plan_is_timed(emit->plan, 0))
             (void)plan_time(emit->plan, UINT32_MAX);
         left_s -= travel(emit, left_s);
+        emit->work++;
         if (!emit->entered && (path->pieces[(path->tail - 1) & (PLAN_SIZE - 1)].flags & PIECE_STOP) != 0)
             break;
     }
@@ -336,7 +352,10 @@ static void make_sample(struct emit *emit, struct segment *segment) {
     emit->v_mm_s = emit->path_mm_s;
     segment->ramp = ramp(v0, emit->v_mm_s);
     set_axes(emit, segment, at);
-    emit_power(emit, segment, piece, travel_power_place(emit), v0, emit->v_mm_s, time_s);
+    if (emit_power_counts(emit))
+        emit_power(emit, segment, piece, travel_power_place(emit), v0, emit->v_mm_s, time_s);
+    else
+        emit->power.at = emit->piece_at; /* near enough: nothing is marked up to the end of the path */
     finish(emit, segment, duration_ns(emit, time_s));
 }
 
@@ -481,6 +500,7 @@ static bool make(void *ctx, struct segment *segment) {
         choose_shaper(emit, (travel_piece(emit)->flags & MOTION_FLAG_UNSHAPED) != 0);
     if (shaper_is_on(emit->shaper) && !history_has_room(&emit->history, emit->ahead->side ^ 1u))
         return false;
+    emit->work = 1;
     if (gear_is_on(&emit->gear))
         make_geared(emit, segment);
     else if (travel_ends(emit) && !is_behind(emit) && !dwells(emit))
@@ -518,7 +538,9 @@ static uint32_t reach_us(const void *ctx) {
     const struct emit *emit = ctx;
     if (gear_is_on(&emit->gear))
         return AHEAD_SOON_US;
-    return is_firm(emit) ? AHEAD_FULL_US : AHEAD_NEAR_US;
+    if (!is_firm(emit))
+        return AHEAD_NEAR_US;
+    return shaper_is_on(emit->shaper) ? AHEAD_FULL_US : AHEAD_FAR_US; /* records: motion/history.h */
 }
 
 static uint32_t news(const void *ctx) {
@@ -554,7 +576,12 @@ static uint32_t portion(const void *ctx) {
     const struct emit *emit = ctx;
     if (gear_is_on(&emit->gear))
         return UINT32_MAX;
-    return shaper_is_on(emit->shaper) ? PORTION_SHAPED : PORTION;
+    return PORTION;
+}
+
+static uint32_t work(const void *ctx) {
+    const struct emit *emit = ctx;
+    return emit->work + (shaper_is_on(emit->shaper) ? SHAPED_WORK : 0u);
 }
 
 bool emit_claim(struct emit *emit) {
@@ -564,6 +591,7 @@ bool emit_claim(struct emit *emit) {
                                                .news = news,
                                                .stop = stop,
                                                .portion = portion,
+                                               .work = work,
                                                .go_on = go_on,
                                                .save = emit_save,
                                                .load = emit_load,

@@ -17,68 +17,86 @@
 #include "motion/ramp.h"
 #include "segment/ahead.h"
 
-/** State that is kept at a mark: what making segments changes. What others change (the plan, hold, overrides,
- * the spindle) is not part of it. */
+/** 1 step in units of a sum of chords: a million of them are off by less than 1/1000 step. */
+#define EMIT_CORNER_BITS 31
+#define EMIT_CORNER      (1ll << EMIT_CORNER_BITS)
+
+/** State that making segments changes, in one block: it is kept at a mark, and taken back. */
+#define EMIT_STATE                                                                                           \
+    int64_t corner[CORE_AXES];    /* control point at the end of the piece at tail, 1/EMIT_CORNER step */    \
+    uint64_t dwelt_ns;            /* made of dwell_ns, since the last reset */                               \
+    const struct shaper *shaper;  /* what is made of the path: one of the plan's */                          \
+    int32_t steps[AXIS_COUNT];    /* where the last segment ended, to the nearest step below ... */          \
+    float along_mm;               /* from the control point before to the place on the straight part ... */  \
+    float along_rest_mm;          /* ... and what a float loses of it: a slow move is many small sums */     \
+    float left;                   /* of this half of a blend, 0.5 .. 0 of all of it */                       \
+    float y;                      /* motion/timing.h */                                                      \
+    float v_mm_s;                 /* of the axes ... */                                                      \
+    float path_mm_s;              /* ... and of the path that they follow */                                 \
+    ramp_state ramp;              /* of its acceleration */                                                  \
+    float time_ns;                /* fraction of a nanosecond carried from segment to segment */             \
+    uint32_t piece_at;            /* place where the piece at tail begins (motion/power.h) */                \
+    struct power_place power;     /* at the end of the last segment */                                       \
+    uint8_t fraction[AXIS_COUNT]; /* ... plus this, in 1/256; 128 is exactly on a step */                    \
+    uint16_t next_id;                                                                                        \
+    uint8_t ended_flags; /* of the piece that ended in the last stop; enum motion_flags */                   \
+    bool entered;        /* the piece at tail has begun */                                                   \
+    bool on_blend;       /* of that, or else along_mm of its straight part */                                \
+    bool second_half;    /* of the blend */                                                                  \
+    bool settles;        /* at an exact stop, until the axes have come there, too */                         \
+    bool late;           /* limits were lowered; not yet down to them */                                     \
+    bool ran_dry         /* came to rest for want of a next move */
+
+struct emit_state {
+    EMIT_STATE;
+};
+
+/** What is kept at a mark. What others change (the plan, hold, overrides, the spindle) is not part of it. */
 struct emit_place {
-    bool entered, on_blend, settles, late, ran_dry;
-    uint8_t ended_flags;
-    uint16_t next_id;
-    double t;
-    float y, v_mm_s, path_mm_s;
-    ramp_state ramp;
-    double along_mm, time_ns;
-    double corner_mm[AXIS_COUNT];
-    int32_t steps[AXIS_COUNT];
-    uint8_t fraction[AXIS_COUNT];
+    struct emit_state state;
     uint32_t tail, stop_tail; /* of the path */
-    uint32_t piece_at;        /* emit.piece_at then */
-    struct power_place power;
-    uint32_t limits; /* emit.limits then */
-    uint64_t dwelt_ns;
-    const struct shaper *shaper;
+    uint32_t limits;          /* emit.limits then */
     struct history_place history;
     struct gear_place gear;
+};
+
+/** dy/dt on a half of a blend, which stays legal to its end: on a straight line between two places that are.
+ */
+struct emit_slope {
+    uint32_t half; /* twice its index, plus 1 for the second; only while: */
+    bool known;
+    bool plan;   /* it leads to end_y, the plan's; or else it is a stop's */
+    float end_y; /* the plan's, when it was found */
+    float value;
 };
 
 struct emit {
     struct plan *plan;
     struct ahead *ahead;
-    bool entered;                 /* the piece at tail has begun */
-    bool on_blend;                /* at `t` of its blend, or else `along_mm` of its straight part */
-    double corner_mm[AXIS_COUNT]; /* control point at the end of the piece at tail */
-    double along_mm;              /* from the control point before; double: a slow move is many small sums */
-    double t;                     /* of the blend, 0 .. 1; double, too: near its end little is left of 1 */
-    float y;                      /* motion/timing.h */
-    float v_mm_s;                 /* of the axes ... */
-    float path_mm_s;              /* ... and of the path that they follow */
-    ramp_state ramp;              /* of its acceleration */
-    int32_t steps[AXIS_COUNT];    /* where the last segment ended, to the nearest step below ... */
-    uint8_t fraction[AXIS_COUNT]; /* ... plus this, in 1/256; 128 is exactly on a step */
-    const struct shaper *shaper;  /* what is made of the path: one of the plan's */
-    struct history history;       /* of the path */
-    struct history_shape shape;   /* where the axes are, if the shaper is on */
-    struct gear gear;             /* motion that follows the spindle; nothing is planned meanwhile */
-    struct spindle spindle;       /* what it follows */
-    uint32_t now_us;              /* of this poll */
-    struct beam beam;             /* a laser */
-    uint32_t piece_at;            /* place where the piece at tail begins (motion/power.h) */
-    struct power_place power;     /* at the end of the last segment */
-    bool settles;                 /* at an exact stop, until the axes have come there, too */
-    uint8_t ended_flags;          /* of the piece that ended in the last stop; enum motion_flags */
-    double time_ns;               /* fraction of a nanosecond carried from segment to segment */
-    bool flush;                   /* nothing follows: coming to rest is not counted as starved */
-    bool hold, hold_asked;        /* slow down along the path and stand; asked: not only to make a stop */
-    bool waits;                   /* at rest, for more moves: nothing is made */
-    bool late;                    /* limits were lowered; not yet down to them */
-    uint32_t limits;              /* counts changes of them */
-    enum ahead_stop stop;         /* what is made is one ... */
-    uint32_t stop_samples;        /* ... so many samples of it */
+    union {
+        struct {
+            EMIT_STATE;
+        };
+        struct emit_state state;
+    };
+    struct history history;          /* of the path */
+    struct history_shape shape;      /* where the axes are, if the shaper is on */
+    struct gear gear;                /* motion that follows the spindle; nothing is planned meanwhile */
+    struct spindle spindle;          /* what it follows */
+    uint32_t now_us;                 /* of this poll */
+    struct beam beam;                /* a laser */
+    struct emit_slope slope;         /* of the blend at tail */
+    bool flush;                      /* nothing follows: coming to rest is not counted as starved */
+    bool hold, hold_asked;           /* slow down along the path and stand; asked: not only to make a stop */
+    bool waits;                      /* at rest, for more moves: nothing is made */
+    uint32_t limits;                 /* counts changes of them */
+    enum ahead_stop stop;            /* what is made is one ... */
+    uint32_t stop_samples;           /* ... so many samples of it */
     float stop_first_s, stop_most_s; /* its first segment, and the longest */
     float stop_v_mm_s;               /* where it begins */
-    bool ran_dry;                    /* came to rest for want of a next move */
-    uint32_t starved;                /* times a next move came after that */
-    uint16_t next_id;
-    uint64_t dwell_ns, dwelt_ns; /* asked for and made, since the last reset */
+    uint32_t work;                   /* the newest segment took, in stretches of the path */
+    uint32_t starved;                /* times a next move came after it had run dry */
+    uint64_t dwell_ns;               /* asked for since the last reset */
     struct emit_place places[QUEUE_MARKS];
 };
 
@@ -91,7 +109,7 @@ void emit_reset(struct emit *emit, const int32_t position_steps[AXIS_COUNT]);
 void emit_set_shaper(struct emit *emit);
 
 /** At rest: all that is not made yet, and where it begins, moves by so much. */
-void emit_shift(struct emit *emit, const int32_t steps[AXIS_COUNT], const double way_mm[AXIS_COUNT]);
+void emit_shift(struct emit *emit, const int32_t steps[AXIS_COUNT]);
 
 /** Motion becomes the planner's, when that of another source has come to rest. */
 bool emit_claim(struct emit *emit);
@@ -125,6 +143,9 @@ bool emit_wants_more(const struct emit *emit);
 
 /** Length at the end of the newest piece that is not needed for braking to a stop there, mm. */
 float emit_slack_mm(const struct emit *emit);
+
+/** Control point at the end of the piece at tail, or before it while that has not begun, joints in mm. */
+void emit_corner_mm(const struct emit *emit, double at_mm[AXIS_COUNT]);
 
 /** Source line that the newest segment is of, while there is more of that piece; else 0. */
 uint32_t emit_line(const struct emit *emit);

@@ -21,6 +21,10 @@ static const struct piece *burnt_piece(const struct emit *emit, const struct pie
     return !is_cut(piece) && emit->beam.rise_s > 0.0f && !newest && is_cut(next) ? next : piece;
 }
 
+bool emit_power_counts(const struct emit *emit) {
+    return emit->beam.on || emit->power.mark + 1 != emit->plan->power.head;
+}
+
 void emit_power(struct emit *emit, struct segment *segment, const struct piece *piece, uint32_t to, float v0,
                 float v1, float time_s) {
     float feed_mm_s = emit->beam.on ? sqrtf(burnt_piece(emit, piece)->asked_sq) : 0.0f;

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "motion/forward.h"
 
+#include <string.h>
+
 #define ROUNDING 1e-6f /* relative: shorter parts of a profile are only rounding */
 #define NOTHING                                                                                              \
     1e-7f /* of a direction's coefficient: only rounding; of none, so that nothing is divided by 0 */
@@ -20,6 +22,22 @@ static struct piece *tail_piece(const struct emit *emit) {
     return path_piece(&emit->plan->path, emit->plan->path.tail);
 }
 
+/* Place on the blend at tail, 0 .. 1. */
+static float blend_t(const struct emit *emit) {
+    return (emit->second_half ? 1.0f : 0.5f) - emit->left;
+}
+
+static void put_along(struct emit *emit, float along_mm) {
+    emit->along_mm = along_mm;
+    emit->along_rest_mm = 0.0f;
+}
+
+static void go_along(struct emit *emit, float by_mm) {
+    float rest_mm = emit->along_rest_mm + by_mm, sum_mm = emit->along_mm + rest_mm;
+    emit->along_rest_mm = rest_mm - (sum_mm - emit->along_mm);
+    emit->along_mm = sum_mm;
+}
+
 static bool is_newest(const struct emit *emit) {
     return path_count(&emit->plan->path) == 1;
 }
@@ -30,7 +48,7 @@ bool travel_ends(const struct emit *emit) {
     if (emit->y > 0.0f)
         return false;
     const struct piece *piece = tail_piece(emit);
-    bool at_blend = emit->entered && emit->along_mm >= (double)(piece->length_mm - piece->tangent_mm);
+    bool at_blend = emit->entered && emit->along_mm >= piece->length_mm - piece->tangent_mm;
     return emit->hold || (is_newest(emit) && at_blend && piece->tangent_mm > 0.0f);
 }
 
@@ -38,24 +56,42 @@ bool travel_ends(const struct emit *emit) {
  * y1, but no longer than time_s. @return part of the way done; *time_s becomes the time it took. */
 static float run(struct emit *emit, float way, float y1, float *time_s) {
     float v0 = sqrtf(emit->y), v1 = sqrtf(y1);
-    float whole_s = 2.0f * way / (v0 + v1);
     float most_s = y1 == 0.0f ? TO_THE_END * *time_s : *time_s;
-    if (whole_s <= most_s) {
+    if (2.0f * way <= most_s * (v0 + v1)) {
         emit->y = y1;
-        *time_s = whole_s;
+        *time_s = 2.0f * way / (v0 + v1);
         return 1.0f;
     }
-    float v = v0 + (v1 - v0) * (*time_s / whole_s);
+    float rate = *time_s / way; /* its time is 2 way / (v0 + v1) */
+    float v = v0 + 0.5f * (v1 - v0) * (v0 + v1) * rate;
     emit->y = v * v;
-    return 0.5f * (v0 + v) * *time_s / way;
+    return 0.5f * (v0 + v) * rate;
+}
+
+#define FRACTION_BITS 23
+#define EXPONENT_BIAS 127
+
+/* a b in units of EMIT_CORNER, less than one of them short: one of the chips has no double precision. */
+static int64_t product(float a, float b) {
+    uint32_t x, y;
+    memcpy(&x, &a, sizeof x);
+    memcpy(&y, &b, sizeof y);
+    const uint32_t one = 1u << FRACTION_BITS;
+    int32_t exponent = (int32_t)(x >> FRACTION_BITS & 255u) + (int32_t)(y >> FRACTION_BITS & 255u);
+    int32_t shift = exponent + EMIT_CORNER_BITS - 2 * (EXPONENT_BIAS + FRACTION_BITS);
+    if (shift <= -2 * (FRACTION_BITS + 1)) /* nothing is left of it; 0, too */
+        return 0;
+    uint64_t whole = (uint64_t)((x & (one - 1u)) | one) * ((y & (one - 1u)) | one);
+    whole = shift < 0 ? whole >> -shift : whole << shift;
+    return ((x ^ y) >> 31) != 0 ? -(int64_t)whole : (int64_t)whole;
 }
 
 /* The piece at tail begins. Its chord is the very product that the path was made with. */
 static void enter(struct emit *emit) {
     const struct piece *piece = tail_piece(emit);
     vec chord = piece->unit * piece->length_mm;
-    for (unsigned ax = 0; ax < CORE_AXES; ax++)
-        emit->corner_mm[ax] += (double)chord[ax];
+    for (unsigned ax = 0; ax < emit->plan->limits.axis_count; ax++)
+        emit->corner[ax] += product(chord[ax], emit->plan->limits.steps_per_mm[ax]);
     emit->entered = true;
 }
 
@@ -80,7 +116,8 @@ static void end_line(struct emit *emit, const struct piece *piece) {
         } else {
             meet_plan(emit, piece);
             emit->on_blend = true;
-            emit->t = 0.0;
+            emit->second_half = false;
+            emit->left = 0.5f;
         }
         return;
     }
@@ -88,7 +125,7 @@ static void end_line(struct emit *emit, const struct piece *piece) {
     emit->piece_at += piece->units;
     path->tail++;
     emit->entered = false;
-    emit->along_mm = 0.0;
+    put_along(emit, 0.0f);
 }
 
 /* What is only rounding is 0. */
@@ -100,7 +137,7 @@ static float snap(float way_mm, float tiny_mm) {
 static struct ramp_way find_way(const struct emit *emit, const struct piece *piece) {
     const struct path *path = &emit->plan->path;
     const struct piece *before = path_piece(&emit->plan->path, path->tail - 1);
-    float at_mm = (float)emit->along_mm, end_mm = piece->length_mm - piece->tangent_mm - at_mm;
+    float at_mm = emit->along_mm, end_mm = piece->length_mm - piece->tangent_mm - at_mm;
     float slow_mm = before->tangent_mm > 0.0f ? before->tangent_mm + before->near_mm : 0.0f;
     float tiny_mm = ROUNDING * piece->length_mm;
     return (struct ramp_way){.slow_mm = snap(slow_mm - at_mm, tiny_mm),
@@ -135,7 +172,7 @@ static float travel_ramp(struct emit *emit, const struct ramp_way *way, float ti
     float part = run(emit, way_mm, y1, &time_s);
     emit->late = emit->late && late;
     emit->ramp = emit->y > 0.0f ? ramp_after(way, emit->ramp, accel, time_s) : 0.0f;
-    emit->along_mm += (double)(part * way_mm);
+    go_along(emit, part * way_mm);
     emit->path_mm_s = sqrtf(emit->y);
     return time_s;
 }
@@ -153,8 +190,7 @@ static struct stage find_stage(const struct emit *emit, const struct piece *piec
     float begin_mm = before->tangent_mm, end_mm = piece->length_mm - piece->tangent_mm;
     float slow_mm = begin_mm + (before->tangent_mm > 0.0f ? before->near_mm : 0.0f);
     float brake_mm = end_mm - piece->near_mm;
-    float along_mm = (float)emit->along_mm + tiny_mm,
-          near_mm_s2 = emit->plan->path.near_part * piece->accel_mm_s2;
+    float along_mm = emit->along_mm + tiny_mm, near_mm_s2 = emit->plan->path.near_part * piece->accel_mm_s2;
     if (slow_mm < brake_mm && along_mm < brake_mm) {
         float brake_y = piece->blend_y + 2.0f * near_mm_s2 * (end_mm - brake_mm);
         if (along_mm >= slow_mm)
@@ -180,11 +216,11 @@ static float travel_line(struct emit *emit, float time_s) {
     const struct piece *piece = tail_piece(emit);
     float tiny_mm = ROUNDING * (piece->length_mm - piece->tangent_mm); /* less than that may change nothing */
     const struct stage stage = find_stage(emit, piece, tiny_mm);
-    float end_mm = stage.end_mm, left_mm = (float)((double)end_mm - emit->along_mm);
+    float end_mm = stage.end_mm, left_mm = (end_mm - emit->along_mm) - emit->along_rest_mm;
     float two_a = 2.0f * stage.accel_mm_s2, y = emit->y;
     float limit = timing_limit_sq(&emit->plan->timing, piece);
     if (left_mm <= tiny_mm) {
-        emit->along_mm = (double)end_mm;
+        put_along(emit, end_mm);
         end_line(emit, piece);
         return 0.0f;
     }
@@ -219,7 +255,10 @@ static float travel_line(struct emit *emit, float time_s) {
     }
     bool to_end = way_mm >= left_mm - tiny_mm;
     float part = run(emit, way_mm, y1, &time_s);
-    emit->along_mm = to_end && part == 1.0f ? (double)end_mm : emit->along_mm + (double)(part * way_mm);
+    if (to_end && part == 1.0f)
+        put_along(emit, end_mm);
+    else
+        go_along(emit, part * way_mm);
     emit->path_mm_s = sqrtf(emit->y);
     emit->ramp = ramp_of_stop(emit, piece, stage.accel_mm_s2, time_s);
     if (to_end && part == 1.0f && stage.last)
@@ -234,9 +273,9 @@ struct stretch {
     float t, dt, y;
 };
 
-/* What the strip |a x + c| <= bound leaves of x, lane by lane. */
-VEC_INLINE void strip(vec a, vec c, vec bound, vec *least, vec *greatest) {
-    vec inverse = 1.0f / (vec_abs(a) + NOTHING), signed_c = vec_turn_sign(c, a);
+/* What the strip |a x + c| <= bound leaves of x, lane by lane. @param inverse  1 / |a| */
+VEC_INLINE void strip(vec a, vec inverse, vec c, vec bound, vec *least, vec *greatest) {
+    vec signed_c = vec_turn_sign(c, a);
     *greatest = (bound - signed_c) * inverse;
     *least = -(bound + signed_c) * inverse;
 }
@@ -253,8 +292,12 @@ static bool allows(const struct stretch *stretch, float slope) {
 static bool find_slopes(const struct stretch *stretch, float room, float *least, float *greatest) {
     vec least_1, least_2, greatest_1, greatest_2;
     vec bend = stretch->du * (2.0f * stretch->y), bound = stretch->bound * room;
-    strip(stretch->u0 + stretch->du * stretch->t, bend, bound, &least_1, &greatest_1);
-    strip(stretch->u0 + stretch->du * (stretch->t + 3.0f * stretch->dt), bend, bound, &least_2, &greatest_2);
+    vec begin = stretch->u0 + stretch->du * stretch->t;
+    vec end = stretch->u0 + stretch->du * (stretch->t + 3.0f * stretch->dt);
+    vec to_begin = vec_abs(begin) + NOTHING, to_end = vec_abs(end) + NOTHING;
+    vec inverse = 1.0f / (to_begin * to_end); /* one division for both */
+    strip(begin, inverse * to_end, bend, bound, &least_1, &greatest_1);
+    strip(end, inverse * to_begin, bend, bound, &least_2, &greatest_2);
     *least = vec_most(vec_higher(least_1, least_2));
     *greatest = vec_least(vec_lower(greatest_1, greatest_2));
     return *least <= *greatest;
@@ -296,7 +339,7 @@ static float lively_y(const struct emit *emit, const struct stretch *stretch, fl
 }
 
 static void end_blend(struct emit *emit, const struct piece *piece) {
-    emit->along_mm = (double)piece->tangent_mm;
+    put_along(emit, piece->tangent_mm);
     emit->on_blend = false;
     emit->piece_at += piece->units;
     emit->plan->path.tail++;
@@ -308,40 +351,67 @@ static struct stretch next_stretch(const struct emit *emit, float *end_y) {
     const struct path *path = &emit->plan->path;
     const struct piece *piece = tail_piece(emit);
     const struct piece *next = path_piece(&emit->plan->path, path->tail + 1);
-    bool first = emit->t < 0.5;
-    *end_y = first ? piece->middle_y : next->enter_y;
+    *end_y = emit->second_half ? next->enter_y : piece->middle_y;
     return (struct stretch){.u0 = piece->unit,
                             .du = next->unit - piece->unit,
                             .bound = path->accel * (4.0f * piece->tangent_mm),
-                            .t = (float)emit->t,
-                            .dt = (float)((first ? 0.5 : 1.0) - emit->t),
+                            .t = blend_t(emit),
+                            .dt = emit->left,
                             .y = emit->y};
 }
 
 /* Every blend ends, whatever the plan says and whatever holds and overrides left of y, because none of it is
  * ever crawled along: where the straight way to end_y would stay below what is surely possible halfway, y
  * rises to that first, as steeply as it can. So dt of a half takes at most sqrt(dt) times a constant of the
- * blend, or its length at the feed. emit->t is a double, along with which dt and y fall to 0 in step, and
- * what is only rounding of it counts as done. */
+ * blend, or its length at the feed. emit->left is a float by itself, so that dt and y fall to 0 in step,
+ * and what is only rounding of t counts as done. */
 static bool is_crawling(const struct emit *emit, const struct stretch *stretch, float end_y, float *lively) {
     struct plan *plan = emit->plan;
     const struct piece *piece = tail_piece(emit), *next = path_piece(&plan->path, plan->path.tail + 1);
     float limit = min_f(timing_limit_sq(&plan->timing, piece), timing_limit_sq(&plan->timing, next));
-    *lively = limit;
-    if (emit->hold || emit->y >= CRAWL * limit)
+    float most = 2.0f * piece->tangent_mm * stretch->dt * piece->accel_mm_s2; /* lively_y(), without a turn */
+    if (emit->hold || emit->y >= CRAWL * min_f(limit, most))
         return false;
     *lively = min_f(lively_y(emit, stretch, piece->tangent_mm), limit);
     float enough = CRAWL * *lively;
     return emit->y < enough && emit->y + end_y < 2.0f * enough;
 }
 
+/* The slope of this half that was found before, while nothing has changed.
+ * @return whether there is one; then no part of the half is crawled along, because all of it is not */
+static bool known_slope(const struct emit *emit, const struct stretch *stretch, float end_y, float *slope) {
+    const struct emit_slope *known = &emit->slope;
+    uint32_t half = 2u * emit->plan->path.tail + emit->second_half;
+    if (!known->known || known->half != half || known->plan == emit->hold)
+        return false;
+    if (known->plan && known->end_y != end_y)
+        return false;
+    *slope = known->plan ? (end_y - stretch->y) / stretch->dt : known->value;
+    return true;
+}
+
+/* A stop that is hardly ever made need not be the shortest. */
+static void keep_slope(struct emit *emit, const struct stretch *stretch, float end_y, float slope) {
+    bool plan = !emit->hold && slope == (end_y - emit->y) / stretch->dt;
+    emit->slope = (struct emit_slope){.half = 2u * emit->plan->path.tail + emit->second_half,
+                                      .known = plan || emit->stop == AHEAD_STOP,
+                                      .plan = plan,
+                                      .end_y = end_y,
+                                      .value = slope};
+}
+
 /* Along the stretch for at most *time_s, which becomes the time it took. @return whether it has ended */
 static bool travel_stretch(struct emit *emit, struct stretch *stretch, float end_y, float *time_s) {
-    float lively;
-    bool speeds_up = is_crawling(emit, stretch, end_y, &lively);
+    float lively = 0.0f, slope;
+    bool known = known_slope(emit, stretch, end_y, &slope);
+    bool speeds_up = !known && is_crawling(emit, stretch, end_y, &lively);
     if (speeds_up)
         stretch->dt *= 0.5f;
-    float slope = choose_slope(emit, stretch, speeds_up ? WIDE : end_y), dt = stretch->dt;
+    if (!known)
+        slope = choose_slope(emit, stretch, speeds_up ? WIDE : end_y);
+    if (!known && !speeds_up)
+        keep_slope(emit, stretch, end_y, slope);
+    float dt = stretch->dt;
     if (speeds_up && slope > 0.0f)
         dt = min_f(dt, (lively - emit->y) / slope);
     float y1 = emit->y + slope * dt;
@@ -351,23 +421,27 @@ static bool travel_stretch(struct emit *emit, struct stretch *stretch, float end
         y1 = 0.0f;
     }
     float part = run(emit, 2.0f * tail_piece(emit)->tangent_mm * dt, y1, time_s);
-    emit->t += (double)(part * dt);
+    emit->left -= part * dt;
     return part == 1.0f && !speeds_up && (!stops || dt >= stretch->dt);
 }
 
 static float travel_blend(struct emit *emit, float time_s) {
     const struct piece *piece = tail_piece(emit);
     float end_y;
-    double end = emit->t < 0.5 ? 0.5 : 1.0;
     struct stretch stretch = next_stretch(emit, &end_y);
     bool done = stretch.dt <= ROUNDING;
     if (done)
         time_s = 0.0f;
-    if (done || travel_stretch(emit, &stretch, end_y, &time_s))
-        emit->t = end;
-    emit->path_mm_s = sqrtf(emit->y) * vec_length(stretch.u0 + stretch.du * (float)emit->t);
-    if (emit->t >= 1.0)
+    bool ends = done || travel_stretch(emit, &stretch, end_y, &time_s);
+    if (ends)
+        emit->left = 0.0f;
+    emit->path_mm_s = sqrtf(emit->y) * vec_length(stretch.u0 + stretch.du * blend_t(emit));
+    if (ends && emit->second_half) {
         end_blend(emit, piece);
+    } else if (ends) {
+        emit->second_half = true;
+        emit->left = 0.5f;
+    }
     return time_s;
 }
 
@@ -379,7 +453,7 @@ float travel(struct emit *emit, float time_s) {
 
 const struct piece *travel_piece(const struct emit *emit) {
     return path_piece(&emit->plan->path,
-                      emit->plan->path.tail + (emit->on_blend && emit->t >= 0.5 ? 1u : 0u));
+                      emit->plan->path.tail + (emit->on_blend && emit->second_half ? 1u : 0u));
 }
 
 /* Units of a length from the start of a piece. */
@@ -389,11 +463,11 @@ static uint32_t units_along(const struct piece *piece, float along_mm) {
 
 uint32_t travel_power_place(const struct emit *emit) {
     const struct piece *piece = tail_piece(emit);
-    float from_middle_mm = piece->tangent_mm * (2.0f * (float)emit->t - 1.0f);
+    float from_middle_mm = piece->tangent_mm * (2.0f * blend_t(emit) - 1.0f);
     if (!emit->entered)
         return emit->piece_at;
     if (!emit->on_blend)
-        return emit->piece_at + units_along(piece, (float)emit->along_mm);
+        return emit->piece_at + units_along(piece, emit->along_mm);
     if (from_middle_mm < 0.0f)
         return emit->piece_at + units_along(piece, piece->length_mm + from_middle_mm);
     return emit->piece_at + piece->units +
@@ -404,9 +478,9 @@ void travel_position(const struct emit *emit, float from_corner_mm[AXIS_COUNT]) 
     const struct piece *piece = tail_piece(emit);
     const struct piece *next = path_piece(&emit->plan->path, emit->plan->path.tail + 1);
     vec at_mm = {0};
-    float t = (float)emit->t;
+    float t = blend_t(emit);
     if (emit->entered && !emit->on_blend)
-        at_mm = piece->unit * (float)(emit->along_mm - (double)piece->length_mm);
+        at_mm = piece->unit * (emit->along_mm - piece->length_mm + emit->along_rest_mm);
     else if (emit->entered)
         at_mm = (piece->unit * (2.0f * t - 1.0f) + (next->unit - piece->unit) * (t * t)) * piece->tangent_mm;
     vec_store(at_mm, from_corner_mm);

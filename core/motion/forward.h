@@ -15,7 +15,7 @@ const struct piece *travel_piece(const struct emit *emit);
 /** Where that is along all chords: motion/power.h. */
 uint32_t travel_power_place(const struct emit *emit);
 
-/** Where that is, mm, relative to emit->corner_mm. */
+/** Where that is, mm, relative to emit->corner. */
 void travel_position(const struct emit *emit, float from_corner_mm[AXIS_COUNT]);
 
 /** Nothing to travel on: at rest at the end of all pieces, or held. */

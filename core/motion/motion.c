@@ -216,8 +216,12 @@ void motion_gear(struct motion *motion, const struct gear_path *path) {
 }
 
 static void flush(struct motion *motion, bool may_go_on) {
+    const struct plan *plan = &motion->plan;
+    bool again = motion->emit.flush && !plan_is_pending(plan) && (may_go_on || !plan->path.may_go_on);
     motion->emit.flush = true;
     motion->emit.ran_dry = false;
+    if (again)
+        return;
     motion->plan.path.slack_mm = slack_mm(motion);
     plan_end(&motion->plan, may_go_on);
 }
@@ -264,7 +268,7 @@ static void plan_more(struct motion *motion, uint32_t now_us) {
 }
 
 /* Pieces that one poll looks at, and those that the next batch may need. */
-#define PIECES_AT_ONCE 6u
+#define PIECES_AT_ONCE 3u
 #define PIECES_AHEAD   32u
 
 static bool rests_for_good(const struct motion *motion) {
@@ -276,9 +280,8 @@ static bool rests_for_good(const struct motion *motion) {
 static bool wants_pass(const struct motion *motion) {
     if (plan_has_pass(&motion->plan))
         return true;
-    if (plan_is_timed(&motion->plan, PIECES_AHEAD) || motion->waits)
-        return false;
-    return ahead_left_us(&motion->ahead) < (int32_t)AHEAD_LEAST_US || rests_for_good(motion);
+    bool soon = ahead_left_us(&motion->ahead) < (int32_t)AHEAD_LEAST_US || rests_for_good(motion);
+    return soon && !motion->waits && !plan_is_timed(&motion->plan, PIECES_AHEAD);
 }
 
 /* The plan's timing is as good as it can be, or must do: a hold does not need it, and where motion is needed
@@ -296,6 +299,11 @@ static bool is_timed(struct motion *motion) {
 bool motion_poll(struct motion *motion, uint32_t now_us) {
     struct emit *emit = &motion->emit;
     emit->now_us = now_us;
+    if (motion->ahead.owner == AHEAD_PLANNER && ahead_has_enough(&motion->ahead)) {
+        emit->waits = motion->waits = false;
+        motion->works = !is_timed(motion);
+        return motion->works;
+    }
     motion->works = false;
     emit->waits = motion->waits = !ahead_is_making(&motion->ahead) && is_waiting(motion, now_us);
     if (!emit->waits)
@@ -346,7 +354,7 @@ void motion_shift(struct motion *motion, const int32_t steps[AXIS_COUNT]) {
         for (uint32_t stop = path->stop_tail; stop != path->stop_head; stop++)
             path->stop_steps[stop & (PATH_STOPS - 1)][ax] += steps[ax];
     }
-    emit_shift(&motion->emit, steps, way_mm);
+    emit_shift(&motion->emit, steps);
 }
 
 static void widen(const double at_mm[AXIS_COUNT], double low_mm[AXIS_COUNT], double high_mm[AXIS_COUNT]) {
@@ -374,7 +382,7 @@ void motion_bounds(const struct motion *motion, double low_mm[AXIS_COUNT], doubl
     memcpy(low_mm, at_mm, sizeof at_mm);
     memcpy(high_mm, at_mm, sizeof at_mm);
     widen(plan->position_mm, low_mm, high_mm);
-    memcpy(at_mm, motion->emit.corner_mm, sizeof at_mm);
+    emit_corner_mm(&motion->emit, at_mm);
     widen(at_mm, low_mm, high_mm);
     for (uint32_t i = path->tail + (motion->emit.entered ? 1u : 0u); (int32_t)(path->head - i) > 0; i++) {
         const struct piece *piece = &path->pieces[i & (PLAN_SIZE - 1)];

@@ -25,7 +25,6 @@
 #define NO_TURN        1e-12f
 
 void path_set_limits(struct path *path, const struct motion_limits *limits, float part, float far) {
-    path->axis_count = limits->axis_count;
     path->near_part = part / far;
     path->inverse_accel = path->inverse_far = path->inverse_rate = (vec){0};
     path->accel = (vec){0} + 1.0f; /* lanes without an axis limit nothing */
@@ -57,7 +56,7 @@ void path_reset(struct path *path) {
     path->waits = path->may_go_on = path->reopened = false;
     path->before_mm = 0.0f;
     path_piece(path, path->head - 1)->tangent_mm = 0.0f; /* it begins at rest */
-    memset(path->lost_mm, 0, sizeof path->lost_mm);
+    path->lost = (vec){0};
     path->knots[0] = (struct knot){.stop = true};
 }
 
@@ -183,22 +182,23 @@ static float depth_mm(const struct knot *k) {
     return out_mm + (left > 0.0f ? sqrtf(left) : 0.0f);
 }
 
+/* a + b; what rounding takes of it is added to *rest (Knuth's sum of two). */
+VEC_INLINE vec add_exactly(vec a, vec b, vec *rest) {
+    vec sum = a + b, b_part = sum - a;
+    *rest += (a - (sum - b_part)) + (b - b_part);
+    return sum;
+}
+
 /* The control point gets its last place; with it the chord that ends here and the turn before are final. */
 static void place(struct path *path, uint32_t index) {
     struct knot *before = knot(path, index - 1), *k = knot(path, index);
     if (!k->stop)
         push_out(path, index);
-    vec chord = {0};
-    double exact_mm[AXIS_COUNT];
-    for (unsigned ax = 0; ax < path->axis_count; ax++) {
-        exact_mm[ax] = (double)k->chord[ax] + (double)(k->shift[ax] - before->shift[ax]) + path->lost_mm[ax];
-        chord[ax] = (float)exact_mm[ax];
-    }
+    vec rest = {0}, chord = add_exactly(k->chord, k->shift - before->shift, &rest);
+    chord = add_exactly(chord, path->lost, &rest);
     k->length_mm = vec_length(chord);
     k->unit = chord * (1.0f / k->length_mm);
-    chord = k->unit * k->length_mm;
-    for (unsigned ax = 0; ax < path->axis_count; ax++)
-        path->lost_mm[ax] = exact_mm[ax] - (double)chord[ax];
+    path->lost = (chord - k->unit * k->length_mm) + rest;
     if (before->stop)
         return;
     before->turn = k->unit - before->unit;

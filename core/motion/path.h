@@ -99,13 +99,12 @@ struct path {
     float
         mean_s; /* of limited jerk, where it leaves more acceleration far from bends (motion/ramp.h); or 0 */
     float calm_part; /* as near_part, between that and the rest */
-    unsigned axis_count;
     /* knots */
     struct chord_wait wait;
     bool waits;
     float before_mm;                  /* length of the chord before the one that waits; 0: a stop */
     uint32_t newest, placed, blended; /* knots up to here; wrap at 2^32 */
-    double lost_mm[AXIS_COUNT];       /* what rounding of the pieces' chords left for the next one */
+    vec lost;                         /* mm, what rounding of the pieces' chords left for the next one */
     struct knot knots[KNOT_RING];
     /* pieces */
     uint32_t head, tail, kept;      /* kept: from here on a part may have to be travelled again (emit.h) */

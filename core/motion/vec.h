@@ -58,12 +58,22 @@ VEC_INLINE vec vec_select(vec_mask mask, vec a, vec b) {
     return (vec)((mask & (vec_mask)a) | (~mask & (vec_mask)b));
 }
 
-/** The smaller of each two lanes, and the greater. */
+/** The smaller of each two lanes, and the greater. With vector registers the loops become an instruction. */
 VEC_INLINE vec vec_lower(vec a, vec b) {
-    return vec_select(a < b, a, b);
+    if (!CORE_VECTORS)
+        return vec_select(a < b, a, b);
+    vec lower = a;
+    for (unsigned lane = 0; lane < VEC_LANES; lane++)
+        lower[lane] = a[lane] < b[lane] ? a[lane] : b[lane];
+    return lower;
 }
 VEC_INLINE vec vec_higher(vec a, vec b) {
-    return vec_select(a > b, a, b);
+    if (!CORE_VECTORS)
+        return vec_select(a > b, a, b);
+    vec higher = a;
+    for (unsigned lane = 0; lane < VEC_LANES; lane++)
+        higher[lane] = a[lane] > b[lane] ? a[lane] : b[lane];
+    return higher;
 }
 
 /** a with its sign turned round where b is negative. */

@@ -23,7 +23,7 @@ static int32_t after_now_us(const struct ahead *ahead, uint32_t at_us) {
 }
 
 int32_t ahead_left_us(const struct ahead *ahead) {
-    return after_now_us(ahead, ahead->marks[ahead->commit].us);
+    return after_now_us(ahead, ahead->mark_us[ahead->commit]);
 }
 
 uint32_t ahead_queued_us(const struct ahead *ahead) {
@@ -36,17 +36,33 @@ void ahead_init(struct ahead *ahead, struct segment_queue *queue) {
     ahead_reset(ahead);
 }
 
-static void forget_marks(struct ahead *ahead) {
-    for (uint32_t place = 0; place < QUEUE_MARKS; place++)
-        ahead->marks[place].used = false;
+/* ---- sets of marks ---- */
+
+#define ALL_MARKS ((1u << QUEUE_MARKS) - 1u)
+
+static uint32_t bit(uint32_t place) {
+    return 1u << place;
+}
+
+/* Take a place out of a set, which is not empty. */
+static uint32_t take_place(uint32_t *set) {
+    uint32_t place = (uint32_t)__builtin_ctz(*set);
+    *set &= *set - 1u;
+    return place;
+}
+
+/* Motion time from mark to mark. */
+static int32_t from_mark_us(const struct ahead *ahead, uint32_t from, uint32_t to) {
+    return (int32_t)(ahead->mark_us[to] - ahead->mark_us[from]);
 }
 
 void ahead_reset(struct ahead *ahead) {
-    forget_marks(ahead);
-    ahead->marks[QUEUE_RESET_MARK] = (struct ahead_mark){.used = true};
+    ahead->used = bit(QUEUE_RESET_MARK);
+    ahead->fresh = ahead->stops = 0;
+    ahead->mark_us[QUEUE_RESET_MARK] = 0;
     ahead->branch = ahead->commit = QUEUE_RESET_MARK;
     ahead->end_us = 0;
-    ahead->full_us = AHEAD_FULL_US;
+    ahead->full_us = AHEAD_FAR_US;
     ahead->pending = ahead->changed = ahead->changing = ahead->soft = ahead->passed = false;
     ahead->noted = ahead->spare = ahead->crowded = ahead->ends = ahead->open = false;
     ahead->batch.stage = AHEAD_NO_BATCH;
@@ -55,7 +71,7 @@ void ahead_reset(struct ahead *ahead) {
 }
 
 static bool rests_at_commit(const struct ahead *ahead) {
-    return ahead->end_us == ahead->marks[ahead->commit].us;
+    return ahead->end_us == ahead->mark_us[ahead->commit];
 }
 
 bool ahead_claim(struct ahead *ahead, enum ahead_owner owner, const struct ahead_source *source, void *ctx) {
@@ -66,9 +82,7 @@ bool ahead_claim(struct ahead *ahead, enum ahead_owner owner, const struct ahead
         return false;
     /* Only the place at which the owner before has come to rest; its other marks have states of another
      * source. */
-    struct ahead_mark at = ahead->marks[ahead->commit];
-    forget_marks(ahead);
-    ahead->marks[ahead->commit] = at;
+    ahead->used = bit(ahead->commit);
     ahead->owner = owner;
     ahead->source = source;
     ahead->ctx = ctx;
@@ -79,29 +93,28 @@ bool ahead_claim(struct ahead *ahead, enum ahead_owner owner, const struct ahead
 
 /* ---- marks ---- */
 
-static uint32_t free_places(const struct ahead *ahead, uint32_t *place) {
-    uint32_t count = 0;
-    for (uint32_t i = 0; i < QUEUE_MARKS; i++) {
-        if (ahead->marks[i].used)
-            continue;
-        *place = i;
-        count++;
-    }
-    return count;
+/* @return so many of them are free, or more */
+static bool has_places(const struct ahead *ahead, uint32_t count) {
+    uint32_t free = ~ahead->used & ALL_MARKS;
+    for (; count > 1 && free != 0; count--)
+        (void)take_place(&free);
+    return free != 0;
 }
 
-/* The segment made last ends in a mark. @return its place; QUEUE_MARKS: there is none for one that need not
- * be
- */
+/* The segment made last ends in a mark, of the state that the source has now; if it does already, in that
+ * one: the motion side keeps one mark of a segment. @return its place; QUEUE_MARKS: there is none for one
+ * that need not be */
 static uint32_t put_mark(struct ahead *ahead, uint32_t at_us, bool must, bool stops) {
-    struct segment_queue *queue = ahead->queue;
-    uint32_t place = QUEUE_MARKS;
-    uint32_t count = free_places(ahead, &place);
-    if (count == 0 || (!must && count <= SPARE_MARKS))
+    struct segment *segment = &ahead->queue->slots[ahead->queue->count - 1];
+    uint32_t free = ~ahead->used & ALL_MARKS;
+    if (segment->mark == 0 && !has_places(ahead, must ? 1u : SPARE_MARKS + 1u))
         return QUEUE_MARKS;
-    ahead->marks[place] = (struct ahead_mark){.us = at_us, .used = true, .fresh = true, .stops = stops};
-    /* 0 is a segment without a mark. */
-    queue->slots[queue->count - 1].mark = (uint8_t)(place + 1);
+    uint32_t place = segment->mark != 0 ? segment->mark - 1u : take_place(&free);
+    ahead->mark_us[place] = at_us;
+    ahead->used |= bit(place);
+    ahead->fresh |= bit(place);
+    ahead->stops = stops ? ahead->stops | bit(place) : ahead->stops & ~bit(place);
+    segment->mark = (uint8_t)(place + 1); /* 0 is a segment without a mark */
     ahead->source->save(ahead->ctx, place);
     return place;
 }
@@ -109,15 +122,13 @@ static uint32_t put_mark(struct ahead *ahead, uint32_t at_us, bool must, bool st
 /* The first mark in force that is this far ahead, or else the last one of all. */
 static uint32_t mark_ahead(const struct ahead *ahead, int32_t ahead_us) {
     uint32_t best = QUEUE_MARKS, last = ahead->commit;
-    for (uint32_t i = 0; i < QUEUE_MARKS; i++) {
-        const struct ahead_mark *mark = &ahead->marks[i];
-        if (!mark->used)
-            continue;
-        if ((int32_t)(mark->us - ahead->marks[last].us) > 0)
-            last = i;
-        if (after_now_us(ahead, mark->us) >= ahead_us &&
-            (best == QUEUE_MARKS || (int32_t)(ahead->marks[best].us - mark->us) > 0))
-            best = i;
+    for (uint32_t left = ahead->used; left != 0;) {
+        uint32_t place = take_place(&left);
+        if (from_mark_us(ahead, last, place) > 0)
+            last = place;
+        if (after_now_us(ahead, ahead->mark_us[place]) >= ahead_us &&
+            (best == QUEUE_MARKS || from_mark_us(ahead, place, best) > 0))
+            best = place;
     }
     return best < QUEUE_MARKS ? best : last;
 }
@@ -127,22 +138,21 @@ static void forget_passed(struct ahead *ahead) {
     uint32_t oldest = ahead->commit;
     int32_t next_us = INT32_MAX;
     ahead->passed = true;
-    for (uint32_t i = 0; i < QUEUE_MARKS; i++) {
-        struct ahead_mark *mark = &ahead->marks[i];
-        if (!mark->used)
-            continue;
-        int32_t left_us = after_now_us(ahead, mark->us);
-        bool stays = i == ahead->commit || mark->us == ahead->end_us;
+    const uint32_t now = now_us(ahead);
+    for (uint32_t left = ahead->used; left != 0;) {
+        uint32_t place = take_place(&left), us = ahead->mark_us[place];
+        int32_t left_us = (int32_t)(us - now);
+        bool stays = place == ahead->commit || us == ahead->end_us;
         if (left_us < 0 && !stays) {
-            mark->used = false;
+            ahead->used &= ~bit(place);
             continue;
         }
         if (!stays && left_us < next_us)
             next_us = left_us;
-        if ((int32_t)(mark->us - ahead->marks[oldest].us) < 0)
-            oldest = i;
+        if (from_mark_us(ahead, oldest, place) < 0)
+            oldest = place;
     }
-    ahead->next_us = now_us(ahead) + (uint32_t)next_us;
+    ahead->next_us = now + (uint32_t)next_us;
     ahead->source->release(ahead->ctx, oldest);
 }
 
@@ -151,10 +161,8 @@ static void forget_passed(struct ahead *ahead) {
 /* The marks of a batch that will not be in force. */
 static void forget_fresh(struct ahead *ahead) {
     ahead->passed = false;
-    for (uint32_t i = 0; i < QUEUE_MARKS; i++) {
-        ahead->marks[i].used = ahead->marks[i].used && !ahead->marks[i].fresh;
-        ahead->marks[i].fresh = false;
-    }
+    ahead->used &= ~ahead->fresh;
+    ahead->fresh = 0;
 }
 
 /* The newest batch does not count: what was in force before it still is. */
@@ -178,17 +186,16 @@ static void withdraw(struct ahead *ahead, enum queue_answer answer) {
 /* The marks before it after its branch do not count any more. */
 static void take(struct ahead *ahead) {
     ahead->passed = false;
-    uint32_t branch_us = ahead->marks[ahead->branch].us;
-    for (uint32_t i = 0; i < QUEUE_MARKS; i++) {
-        struct ahead_mark *mark = &ahead->marks[i];
-        if (!mark->fresh && i != ahead->branch && (int32_t)(mark->us - branch_us) >= 0)
-            mark->used = false;
-        mark->fresh = false;
+    for (uint32_t left = ahead->used & ~ahead->fresh & ~bit(ahead->branch); left != 0;) {
+        uint32_t place = take_place(&left);
+        if (from_mark_us(ahead, ahead->branch, place) >= 0)
+            ahead->used &= ~bit(place);
     }
+    ahead->fresh = 0;
     ahead->side ^= 1u;
     ahead->noted = ahead->spare = ahead->crowded = false;
     /* Back in small steps, so that it does not become too large again with the next batch. */
-    if (ahead->full_us < AHEAD_FULL_US)
+    if (ahead->full_us < AHEAD_FAR_US)
         ahead->full_us += MIN_US;
 }
 
@@ -209,7 +216,8 @@ static bool put_segment(struct ahead *ahead) {
     batch->at_us += (segment->duration_ns + 999u) / 1000u;
     segment->end_us = batch->at_us;
     ahead->queue->count++;
-    batch->left--;
+    uint32_t work = ahead->source->work(ahead->ctx);
+    batch->left = work < batch->left ? batch->left - work : 0u;
     return true;
 }
 
@@ -235,6 +243,19 @@ static bool put_committed(struct ahead *ahead) {
     return true;
 }
 
+/* The source rests. Where it does so at the branch and something is published after that, a rest takes its
+ * place: a batch without segments would leave it in force. */
+static void put_rest(struct ahead *ahead) {
+    if (ahead->queue->count > 0 || ahead->batch.at_us == ahead->end_us)
+        return;
+    struct segment *segment = next_slot(ahead);
+    segment->duration_ns = REST_NS;
+    segment->flags = SEGMENT_DWELL | SEGMENT_LAST;
+    ahead->batch.at_us += REST_NS / 1000u;
+    segment->end_us = ahead->batch.at_us;
+    ahead->queue->count++;
+}
+
 /* Segments until the source rests, no longer than this and no more of them in the batch.
  * @return false: the portion is over; *rests: it does not fit, if this is false */
 static bool put_until_rest(struct ahead *ahead, uint32_t most_us, uint32_t most_count, bool *rests) {
@@ -253,14 +274,16 @@ static bool put_until_rest(struct ahead *ahead, uint32_t most_us, uint32_t most_
         batch->every_us *= 2;
     }
     *rests = source->rests(ahead->ctx);
+    if (*rests)
+        put_rest(ahead);
     if (*rests && batch->at_us != batch->commit_us)
         (void)put_mark(ahead, batch->at_us, true, true);
     return true;
 }
 
 static void drop_stop(struct ahead *ahead) {
-    for (uint32_t i = 0; i < QUEUE_MARKS; i++)
-        ahead->marks[i].used = ahead->marks[i].used && !(ahead->marks[i].fresh && ahead->marks[i].stops);
+    ahead->used &= ~(ahead->fresh & ahead->stops);
+    ahead->fresh &= ahead->used;
     ahead->queue->count = ahead->batch.commit_count;
 }
 
@@ -273,28 +296,15 @@ static bool begin_stop(struct ahead *ahead, enum ahead_stop how) {
     return ahead->source->stop(ahead->ctx, how);
 }
 
-/* Nothing follows the branch, but something did. */
-static void put_rest(struct ahead *ahead) {
-    struct segment *segment = next_slot(ahead);
-    segment->duration_ns = REST_NS;
-    segment->flags = SEGMENT_DWELL | SEGMENT_LAST;
-    ahead->batch.at_us += REST_NS / 1000u;
-    segment->end_us = ahead->batch.at_us;
-    ahead->queue->count++;
-}
-
 /* The state that the source has now is that at the end of the committed part. When nothing was committed,
  * that is the branch; if it lies in a stop, its state was that of a source that stops, and now is of one that
  * continues. */
 static uint32_t commit_mark(struct ahead *ahead, uint32_t at_us) {
-    const struct segment_queue *queue = ahead->queue;
-    uint32_t mark = queue->count > 0 ? queue->slots[queue->count - 1].mark : 0u;
-    if (queue->count == 0) {
-        ahead->source->save(ahead->ctx, ahead->branch);
-        ahead->passed = false;
-        return ahead->branch;
-    }
-    return mark != 0 ? mark - 1u : put_mark(ahead, at_us, true, false);
+    if (ahead->queue->count > 0)
+        return put_mark(ahead, at_us, true, false);
+    ahead->source->save(ahead->ctx, ahead->branch);
+    ahead->passed = false;
+    return ahead->branch;
 }
 
 /* A batch from the branch, where the source's state is. */
@@ -307,15 +317,15 @@ static void begin_batch(struct ahead *ahead) {
     queue->count = queue->power_count = 0;
     queue->from = ahead->branch;
     batch->stage = AHEAD_COMMITS;
-    batch->at_us = batch->marked_us = ahead->marks[ahead->branch].us;
+    batch->at_us = batch->marked_us = ahead->mark_us[ahead->branch];
     batch->work = QUEUE_MARKS;
 }
 
 /* The committed part is made. @return false: it ends at rest, and there is no stop to be made */
 static bool end_committed(struct ahead *ahead) {
     struct ahead_batch *batch = &ahead->batch;
-    bool rests = ahead->source->rests(ahead->ctx), ends_there = batch->at_us == ahead->end_us;
-    if (ahead->queue->count == 0 && rests && !ends_there)
+    bool rests = ahead->source->rests(ahead->ctx);
+    if (rests)
         put_rest(ahead);
     /* Before the stop is made, which moves the source on. */
     batch->commit = (uint8_t)commit_mark(ahead, batch->at_us);
@@ -391,9 +401,10 @@ static enum ahead_stop stop_of(uint8_t stage) {
 /* Until the next portion the source is where it was before the batch. @return false: there is no place to
  * keep its state */
 static bool pause_batch(struct ahead *ahead) {
-    uint32_t place;
-    if (free_places(ahead, &place) == 0)
+    uint32_t free = ~ahead->used & ALL_MARKS;
+    if (free == 0)
         return false;
+    uint32_t place = take_place(&free);
     ahead->batch.work = (uint8_t)place;
     ahead->source->save(ahead->ctx, place);
     ahead->source->go_on(ahead->ctx, AHEAD_GO);
@@ -440,7 +451,7 @@ static void note_late(struct ahead *ahead) {
  * earlier than it must be. */
 static uint32_t choose_branch(const struct ahead *ahead) {
     uint32_t place = mark_ahead(ahead, (int32_t)AHEAD_BRANCH_US);
-    return ahead->marks[place].stops && ahead_left_us(ahead) >= HURRY_US ? ahead->commit : place;
+    return (ahead->stops & bit(place)) != 0 && ahead_left_us(ahead) >= HURRY_US ? ahead->commit : place;
 }
 
 bool ahead_open(struct ahead *ahead) {
@@ -469,6 +480,13 @@ static bool is_crowded(const struct ahead *ahead) {
     return ahead->crowded && now_us(ahead) == ahead->crowded_us && ahead_queued_us(ahead) > 0;
 }
 
+bool ahead_has_enough(const struct ahead *ahead) {
+    const uint32_t now = now_us(ahead);
+    bool waits = ahead->changed || ahead->pending || ahead_is_making(ahead) || !ahead->passed;
+    return !waits && (int32_t)(ahead->next_us - now) >= 0 &&
+           (int32_t)(ahead->mark_us[ahead->commit] - now) >= (int32_t)AHEAD_LEAST_US;
+}
+
 bool ahead_poll(struct ahead *ahead) {
     if (ahead->source == NULL || segment_queue_is_pending(ahead->queue))
         return false;
@@ -481,6 +499,8 @@ bool ahead_poll(struct ahead *ahead) {
     if (!ahead->passed || after_now_us(ahead, ahead->next_us) < 0)
         forget_passed(ahead);
     int32_t left_us = ahead_left_us(ahead);
+    if (left_us >= (int32_t)AHEAD_LEAST_US && !ahead->changed)
+        return answered; /* without a look at the source, which costs more than all before */
     bool stops = left_us < 0 && !rests_at_commit(ahead);
     uint32_t reach_us = ahead->source->reach_us(ahead->ctx);
     uint32_t most_us = reach_us < ahead->full_us ? reach_us : ahead->full_us;
@@ -493,7 +513,7 @@ bool ahead_poll(struct ahead *ahead) {
     ahead->source->save(ahead->ctx, ahead->commit);
     if (ahead->branch != ahead->commit)
         ahead->source->load(ahead->ctx, ahead->branch,
-                            ahead->marks[ahead->branch].stops ? AHEAD_STOPPED : AHEAD_UNDO);
+                            (ahead->stops & bit(ahead->branch)) != 0 ? AHEAD_STOPPED : AHEAD_UNDO);
     begin_batch(ahead);
     return carry_on(ahead) || answered;
 }

@@ -12,18 +12,19 @@
  *     ---M-------M-------M-------M  s  s  M  s  s  R        M: mark, a state that the source has kept
  *     ^ now      '-> a new batch, when what was planned beyond this mark is to be changed
  *
- * How far ahead the source says: FULL where later moves cannot change anything; NEAR where they can (the
- * planner brakes for the end of the path that it knows), because what is published would have to be planned
- * again; SOON what follows something that moves by itself. */
+ * How far ahead the source says: FULL where later moves cannot change anything, or FAR, if it can keep the
+ * states; NEAR where they can (the planner brakes for the end of the path that it knows), because what is
+ * published would have to be planned again; SOON what follows something that moves by itself. */
 #ifndef WIFICNC_SEGMENT_AHEAD_H
 #define WIFICNC_SEGMENT_AHEAD_H
 
 #include "segment/queue.h"
 
 /** Committed motion, us; more is published when half of it is left, or LEAST: each time a stop is made, which
- * costs as much as the motion. LEAST: a task that is late by 20 ms does not slow a job. Half of NEAR is as
- * long as the slowest task of any board may sleep and be late, twice (targets/chip/task_periods.h); of SOON:
- * once. */
+ * costs as much as 30 ms of motion. FAR: as far as there are places for marks. LEAST: a task that is late by
+ * 20 ms does not slow a job. Half of NEAR is as long as the slowest task of any board may sleep and be late,
+ * twice (targets/chip/task_periods.h); of SOON: once. */
+#define AHEAD_FAR_US   72000u
 #define AHEAD_FULL_US  50000u
 #define AHEAD_LEAST_US 22000u
 #define AHEAD_NEAR_US  16000u
@@ -50,15 +51,16 @@ struct ahead_source {
     bool (*make)(void *ctx, struct segment *segment);
     /** At rest after what was made. */
     bool (*rests)(const void *ctx);
-    /** How far ahead to publish: AHEAD_FULL_US or less. */
+    /** How far ahead to publish: AHEAD_FAR_US or less. */
     uint32_t (*reach_us)(const void *ctx);
     /** Moves known so far; changes with each. */
     uint32_t (*news)(const void *ctx);
     /** How to come to rest on the path. @return false: AHEAD_END is not near */
     bool (*stop)(void *ctx, enum ahead_stop how);
-    /** Segments that one call makes at most, so that others may work in between; UINT32_MAX: a whole batch.
-     */
+    /** How much one call makes, so that others may work in between; UINT32_MAX: a whole batch. And how much
+     * of that the newest segment was, above 0. */
     uint32_t (*portion)(const void *ctx);
+    uint32_t (*work)(const void *ctx);
     /** Come to rest in a way that stop() has begun, in a state that was taken back; or AHEAD_GO, without an
      * end of it. Never for a source of whole batches. */
     void (*go_on)(void *ctx, enum ahead_stop how);
@@ -85,16 +87,10 @@ struct ahead_batch {
     uint8_t commit;       /* place of the mark where the committed part ends ... */
     uint8_t commit_count; /* ... segments of it ... */
     uint32_t commit_us;   /* ... and its motion time */
-    uint32_t left;        /* segments of this portion */
+    uint32_t left;        /* of this portion */
     uint32_t at_us;       /* motion time of what is made */
     uint32_t marked_us;   /* of its newest mark ... */
     uint32_t every_us;    /* ... and from there to the next one of a stop */
-};
-
-struct ahead_mark {
-    uint32_t us;      /* motion time */
-    bool used, fresh; /* fresh: of the batch that is pending */
-    bool stops;       /* in a stop, which no one asked for */
 };
 
 struct ahead {
@@ -102,12 +98,13 @@ struct ahead {
     enum ahead_owner owner;
     const struct ahead_source *source;
     void *ctx;
-    struct ahead_mark marks[QUEUE_MARKS];
-    struct ahead_batch batch; /* that is being made */
-    uint32_t branch, commit;  /* places: where the newest batch begins; the state the source has now */
+    uint32_t mark_us[QUEUE_MARKS]; /* motion time of marks; bit n of a set is place n: */
+    uint32_t used, fresh, stops;   /* all, of the batch that is pending, in a stop that no one asked for */
+    struct ahead_batch batch;      /* that is being made */
+    uint32_t branch, commit;       /* places: where the newest batch begins; the state the source has now */
     uint32_t commit_before, end_us_before; /* of what is in force while a batch is pending */
     uint32_t end_us;                       /* of all that is published, its stop included */
-    uint32_t full_us;                      /* AHEAD_FULL_US, or less while spans do not suffice */
+    uint32_t full_us;                      /* AHEAD_FAR_US, or less while spans do not suffice */
     uint32_t news;                         /* of the source, when the newest batch was made */
     uint32_t next_us; /* motion time of the mark that is passed next, if that still counts */
     bool passed;
@@ -170,6 +167,9 @@ bool ahead_poll(struct ahead *ahead);
 
 /** Committed motion that is left, us; less than 0: the step interrupt is in the stop after it. */
 int32_t ahead_left_us(const struct ahead *ahead);
+
+/** Nothing is to be made, changed, answered or released yet: ahead_poll() would do nothing. */
+bool ahead_has_enough(const struct ahead *ahead);
 
 /** All motion that is published, us. */
 uint32_t ahead_queued_us(const struct ahead *ahead);

@@ -491,6 +491,11 @@ static uint32_t portion(const void *ctx) {
     return UINT32_MAX;
 }
 
+static uint32_t work(const void *ctx) {
+    (void)ctx;
+    return 1;
+}
+
 static void save(void *ctx, uint32_t at) {
     struct host_queue *queue = ctx;
     queue->places[at] = (struct host_queue_place){.tail = queue->tail,
@@ -541,6 +546,7 @@ bool host_queue_poll(struct host_queue *queue) {
                                                .news = news,
                                                .stop = stop,
                                                .portion = portion,
+                                               .work = work,
                                                .save = save,
                                                .load = load,
                                                .release = release};

@@ -35,7 +35,7 @@
 #define DUTY_LEAST_S 0.0005f
 
 /* Segments and spans, together, that one call cuts: the watchdog and the inputs are looked at in between. */
-#define CUT_AT_ONCE 16u
+#define CUT_AT_ONCE 11u
 
 /* So near to the middle between two events, in events, a place counts as the middle: it was rounded. */
 #define TIE 0.125f
@@ -376,9 +376,11 @@ static uint16_t register_for(const struct prep *prep, uint32_t power) {
 
 /* In counts of the PWM, at the middle of the next ticks of the segment: its duty is linear in time. */
 static uint16_t span_duty(const struct prep *prep, uint64_t ticks_q16) {
+    if (prep->duty[0] == prep->duty[1])
+        return register_for(prep, prep->duty[0]);
     float from = (float)prep->duty[0], to = (float)prep->duty[1];
     float middle_q16 = (float)prep->carry.spent_q16 + 0.5f * (float)ticks_q16;
-    float part = from != to ? middle_q16 / (float)prep->carry.duration_q16 : 0.0f;
+    float part = middle_q16 / (float)prep->carry.duration_q16;
     float duty = from + (to - from) * min_f(max_f(part, 0.0f), 1.0f);
     return register_for(prep, (uint32_t)duty);
 }

@@ -1,4 +1,4 @@
-"""What motion costs from a block to the step, and that no call of it is long: counted here and on MIPS."""
+"""What motion costs from a block to the step, and that no call of it is long: counted here, on MIPS and on Xtensa."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ import json
 import os
 import shutil
 
+import espsim.count
+import mips.count
 import pytest
-from bench.motion_cost import BUDGET, here, on_mips
-from mips.count import not_here
+from bench.motion_cost import MIPS_BUDGET, XTENSA, XTENSA_BUDGET, here, on_mips, on_xtensa
 
 
 @pytest.mark.slow
@@ -21,8 +22,17 @@ def test_motion_keeps_its_budget_of_instructions() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not_here() != "", reason=not_here())
+@pytest.mark.skipif(mips.count.not_here() != "", reason=mips.count.not_here())
 def test_motion_keeps_its_budget_on_mips() -> None:
     figures = on_mips()
-    assert {figure.name for figure in figures} == set(json.loads(BUDGET.read_text(encoding="utf-8"))) - {"about"}
+    assert {figure.name for figure in figures} == set(json.loads(MIPS_BUDGET.read_text(encoding="utf-8"))) - {"about"}
+    assert [figure for figure in figures if not figure.is_met or figure.value <= 0] == []
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(espsim.count.not_here() != "", reason=espsim.count.not_here())
+@pytest.mark.parametrize("chip", XTENSA)
+def test_motion_keeps_its_budget_on_xtensa(chip: str) -> None:
+    figures = on_xtensa(chip)
+    assert {figure.name for figure in figures} == set(json.loads(XTENSA_BUDGET.read_text(encoding="utf-8"))[chip])
     assert [figure for figure in figures if not figure.is_met or figure.value <= 0] == []

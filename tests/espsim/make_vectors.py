@@ -13,7 +13,7 @@ import zlib
 from pathlib import Path
 
 import streams as v
-import xtensa_code as c
+from espsim import code as c
 
 COMMAND = ("qemu-system-xtensa", "-M", "sim", "-cpu", "de233_fpu", "-m", "16M", "-display", "none", "-serial", "none")
 COMMAND += ("-monitor", "none", "-semihosting", "-kernel")

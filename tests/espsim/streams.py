@@ -11,7 +11,7 @@ import struct
 import zlib
 from pathlib import Path
 
-import xtensa_code as c
+from espsim import code as c
 
 FILE = Path(__file__).parent / "vectors.bin"
 STREAMS, CASES = 12, 256

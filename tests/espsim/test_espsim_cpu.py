@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-import xtensa_code as c
+from espsim import code as c
 from espsim.virtual import Chip, ChipFault, Cpu, Stop, VirtualChip
 
 # code, vectors, data

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import pytest
-import xtensa_code as c
+from espsim import code as c
 from espsim.virtual import Chip, ChipFault, Cpu, VirtualChip
 
 

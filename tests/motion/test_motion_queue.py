@@ -45,3 +45,7 @@ def test_random_segments_make_their_exact_steps_in_their_exact_time() -> None:
 
 def test_the_monitor_finds_each_fault_and_nothing_else() -> None:
     assert "0 failures" in run("monitor_finds")
+
+
+def test_the_polls_of_one_instant_come_to_rest() -> None:
+    assert "0 failures" in run("ahead_rests")

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from bare_program import BOARDS, Program, build
 from espsim.bare import PLACES
+from espsim.program import BOARDS, Program, build
 from espsim.virtual import CPU_HZ, Chip, ChipFault, VirtualChip
 from numpy.typing import NDArray
 from slow import slow_but

@@ -1,13 +1,16 @@
-"""What motion costs from a block to the step, and its longest calls: on this computer and on MIPS."""
+"""What motion costs from a block to the step, and its longest calls: on this computer, on MIPS and on Xtensa."""
 
 from __future__ import annotations
 
 import json
 import subprocess
+from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
-from mips.count import count_job, not_here
+import espsim.count
+import mips.count
+from espsim.virtual import Chip
 from wificnc.machine import load_machine
 
 from bench.callgrind import Profile
@@ -20,14 +23,16 @@ circle in chords of 0.016 mm, with the settings of examples/machines/baseline.to
 and core/segment; spans: core/step/prep.c; with the library functions that they call. Longest calls: of motion_poll(),
 which makes batches in portions, and of prep_poll(), which cuts them. Here by callgrind, on MIPS by QEMU's user mode
 with a plugin that counts (tools/mips/count.py): -Os as the firmware, 4 axes; the step interrupt is counted by
-make bench-chip."""
+make bench-chip. On Xtensa in the virtual ESP32 and ESP32-S3 (tools/espsim/count.py): LLVM's code at -O2, 4 axes."""
 
-BUDGET = ROOT / "tests" / "budget" / "mips.json"
+MIPS_BUDGET = ROOT / "tests" / "budget" / "mips.json"
+XTENSA_BUDGET = ROOT / "tests" / "budget" / "xtensa_motion.json"
+XTENSA = {"esp32": Chip.ESP32, "esp32s3": Chip.ESP32S3}
 SURFACE, CIRCLE = "surface", "chopped circle"
 LINES = {SURFACE: (relief, 500), CIRCLE: (chopped_circle, 2500)}
-LONGEST = {"motion_poll": 15_000, "prep_poll": 11_000}
-PER_BLOCK = {SURFACE: 32_000, CIRCLE: 2_200}
-PER_STEP = {SURFACE: 180, CIRCLE: 95}
+LONGEST = {"motion_poll": 7_500, "prep_poll": 7_500}
+PER_BLOCK = {SURFACE: 22_500, CIRCLE: 1_500}
+PER_STEP = {SURFACE: 141, CIRCLE: 68}
 
 
 def write_jobs(folder: Path) -> dict[str, Path]:
@@ -76,24 +81,47 @@ def longest_call(driver: Path, job: Path, function: str) -> int:
 
 def on_mips() -> list[Figure]:
     """Instructions of a MIPS processor. Raises CalledProcessError when a job has errors."""
-    budget: dict[str, int] = {key: value for key, value in json.loads(BUDGET.read_text()).items() if key != "about"}
     figures, longest = [], dict.fromkeys(LONGEST, 0)
     for name, job in write_jobs(BUILD / "cost").items():
-        count = count_job(ROOT, job, settings())
-        figures.append(_budgeted(f"planner and emission per block, {name}", count.motion / count.blocks, budget))
-        figures.append(_budgeted(f"spans per step, {name}", count.prep / count.steps, budget))
+        count = mips.count.count_job(ROOT, job, settings())
+        figures += _figures(name, count.blocks, count.motion, count.prep / count.steps)
         longest = {function: max(most, count.longest[function]) for function, most in longest.items()}
-    return figures + [_budgeted(f"longest call of {name}()", most, budget) for name, most in longest.items()]
+    return _budgeted([*figures, *_longest(longest)], json.loads(MIPS_BUDGET.read_text()))
 
 
-def _budgeted(name: str, value: float, budget: dict[str, int]) -> Figure:
-    return Figure(name, value, "instr", budget.get(name, 0))
+def on_xtensa(chip: str) -> list[Figure]:
+    """Instructions of a chip's processor. Raises RuntimeError when a job has errors. @param chip  of XTENSA"""
+    figures, longest = [], dict.fromkeys(LONGEST, 0)
+    for name, job in write_jobs(BUILD / "cost").items():
+        count = espsim.count.count_job(XTENSA[chip], job, settings())
+        figures += _figures(name, count.blocks, count.motion, count.spans / count.steps)
+        longest = {function: max(most, count.longest[function]) for function, most in longest.items()}
+    return _budgeted([*figures, *_longest(longest)], json.loads(XTENSA_BUDGET.read_text())[chip])
+
+
+def _figures(job: str, blocks: int, motion: int, spans: float) -> list[Figure]:
+    return [
+        Figure(f"planner and emission per block, {job}", motion / blocks, "instr"),
+        Figure(f"spans per step, {job}", spans, "instr"),
+    ]
+
+
+def _longest(calls: dict[str, int]) -> list[Figure]:
+    return [Figure(f"longest call of {name}()", most, "instr") for name, most in calls.items()]
+
+
+def _budgeted(figures: list[Figure], budget: dict[str, int]) -> list[Figure]:
+    return [replace(figure, limit=budget.get(figure.name, 0)) for figure in figures]
 
 
 def report() -> list[tuple[str, list[Figure]]]:
     """A heading and the figures below it."""
-    mips = not_here()
     found = [(METHOD, here())]
-    if mips:
-        return [*found, (f"On MIPS: not measured; {mips}", [])]
-    return [*found, ("On MIPS:", on_mips())]
+    no_mips, no_xtensa = mips.count.not_here(), espsim.count.not_here()
+    found.append((f"On MIPS: not measured; {no_mips}", []) if no_mips else ("On MIPS:", on_mips()))
+    for chip in XTENSA:
+        if no_xtensa:
+            found.append((f"On the {chip}: not measured; {no_xtensa}", []))
+        else:
+            found.append((f"On the {chip}:", on_xtensa(chip)))
+    return found

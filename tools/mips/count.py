@@ -29,7 +29,7 @@ FLAGS = (
     "-fno-math-errno",
 )
 AXES = 4
-SIZES = "#define CORE_AXES {axes}\n#define PLAN_SIZE 256\n#define POWER_MARKS 2048\n"
+SIZES = "#define CORE_AXES {axes}\n#define PLAN_SIZE 256\n#define POWER_MARKS 2048\n#define CORE_VECTORS 0\n"
 
 # Each instruction counts for one of these parts. A part calls itself and those above it in this list.
 BASE, ISR, PREP, MOTION, OTHERS = range(5)

@@ -4,8 +4,9 @@
 #ifndef WIFICNC_CORE_SIZES_H
 #define WIFICNC_CORE_SIZES_H
 
-#define CORE_AXES   6
-#define PLAN_SIZE   256
-#define POWER_MARKS 2048
+#define CORE_AXES    6
+#define PLAN_SIZE    256
+#define POWER_MARKS  2048
+#define CORE_VECTORS 1
 
 #endif

@@ -5,8 +5,9 @@
 
 #include "pin_config.h"
 
-#define CORE_AXES   BOARD_AXIS_COUNT
-#define PLAN_SIZE   BOARD_LOOK_AHEAD
-#define POWER_MARKS BOARD_LASER_MARKS
+#define CORE_AXES    BOARD_AXIS_COUNT
+#define PLAN_SIZE    BOARD_LOOK_AHEAD
+#define POWER_MARKS  BOARD_LASER_MARKS
+#define CORE_VECTORS 0
 
 #endif

@@ -10,12 +10,12 @@
 
 #include <string.h>
 
-enum { JOB_MAX = 16384, ANSWERS_MAX = 8192 };
+enum { JOB_MAX = 65536, ANSWERS_MAX = 16384 };
 
 char job[JOB_MAX];
 volatile uint32_t job_size, period_us, done;
 char answers[ANSWERS_MAX];
-volatile uint32_t answers_size;
+volatile uint32_t answers_size, blocks;
 
 static struct machine machine;
 static struct hal hal;
@@ -66,6 +66,7 @@ static void poll_task_side(void) {
         more = machine_poll(&machine) || more;
         (void)machine_poll_motion(&machine); /* the controller wakes it: motion_task_wake() */
     }
+    blocks = machine.drive.motion.plan.moves_total;
     done = fed == job_size && !machine_has_line(&machine) && machine_is_at_rest(&machine);
 }
 

@@ -8,11 +8,27 @@
 
 enum { FRACTION_BITS = 52, BIAS = 1023, EXPONENT_MAX = 0x7FF };
 
-/* A quotient or root of doubles, rounded again, is the float's: 53 >= 2 * 24 + 2. volatile: clang knows that,
- * too, and would call the float's function. */
+/* One instruction of the chip's sequence has the exact result in the virtual chip (docs/espsim.md); those
+ * that wait are there so that all of it takes as long as the sequence, about 30 instructions. */
+#define WAIT ".rept 22\n\tnop\n\t.endr"
+
 float __divsf3(float a, float b) {
-    const volatile double quotient = (double)a / (double)b;
-    return (float)quotient;
+    uint32_t bits, from;
+    memcpy(&bits, &b, sizeof bits);
+    memcpy(&from, &a, sizeof from);
+    __asm__("wfr f0, %0\n\twfr f1, %1\n\tmkdadj.s f0, f1\n\t" WAIT "\n\trfr %0, f0"
+            : "+r"(bits)
+            : "r"(from)); /* no float is in a register here */
+    memcpy(&b, &bits, sizeof b);
+    return b;
+}
+
+float sqrtf(float x) {
+    uint32_t bits;
+    memcpy(&bits, &x, sizeof bits);
+    __asm__("wfr f0, %0\n\tmksadj.s f0, f0\n\t" WAIT "\n\trfr %0, f0" : "+r"(bits));
+    memcpy(&x, &bits, sizeof x);
+    return x;
 }
 
 uint64_t __fixunsdfdi(double x) {
@@ -49,11 +65,6 @@ double sqrt(double x) {
     }
     root += root & 1;
     return ldexp((double)(int64_t)(root >> 1), (exponent - 1 - even) / 2 - 52);
-}
-
-float sqrtf(float x) {
-    const volatile double root = sqrt((double)x);
-    return (float)root;
 }
 
 /* Of complaints about pins, which this program has none of. */

@@ -5,16 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import xtensa_code as c
-from espsim import bare
-from espsim.virtual import CPU_HZ, Chip, Cpu, Level, VirtualChip
 from numpy.typing import NDArray
 from wificnc.board.load import load_board
 from wificnc.board.model import Board
 from xtensa.toolchain import Toolchain
 
+from espsim import bare
+from espsim import code as c
+from espsim.virtual import CPU_HZ, Chip, Cpu, Level, VirtualChip
+
 ROOT = Path(__file__).resolve().parents[2]
-HERE = Path(__file__).parent / "bare"
+BARE = ROOT / "tests" / "espsim" / "bare"
 BOARDS = {Chip.ESP32: "esp32-wroom32", Chip.ESP32S3: "esp32s3-devkitc"}
 REAL = (
     *("targets/chip/gang.c", "targets/chip/step_pins.c", "targets/esp32/hal/step_engine.c"),
@@ -33,7 +34,7 @@ def build(tools: Toolchain, chip: Chip) -> Path:
     """The program. Raises RuntimeError."""
     sources = [*sorted((ROOT / "core").rglob("*.c")), *(ROOT / name for name in REAL)]
     output = ROOT / "build" / "espsim" / bare.PLACES[chip].name
-    return bare.build(tools, ROOT, chip, sources, sorted(HERE.glob("*.c")), output)
+    return bare.build(tools, ROOT, chip, sources, sorted(BARE.glob("*.c")), output)
 
 
 def timer_handler() -> bytes:
@@ -72,20 +73,24 @@ class Program:
     def _put(self, name: str, value: int) -> None:
         self.chip.write(self.chip.symbol(name), value.to_bytes(4, "little"))
 
-    def _get(self, name: str) -> int:
+    def number(self, name: str) -> int:
+        """A word of the program."""
         return int.from_bytes(self.chip.read(self.chip.symbol(name), 4), "little")
 
     def run(self, seconds: float) -> None:
         """Until the job is done. Raises TimeoutError after so much of the chip's time."""
         for _ in range(round(seconds / 0.05)):
-            self.chip.run(CPU_HZ // 20)
-            if self._get("done"):
+            self._work(CPU_HZ // 20)
+            if self.number("done"):
                 self.step_interrupt = self.chip.interrupts(5)
                 return
         raise TimeoutError(self.answers())
 
+    def _work(self, cycles: int) -> None:
+        self.chip.run(cycles)
+
     def answers(self) -> str:
-        return self.chip.read(self.chip.symbol("answers"), self._get("answers_size")).decode()
+        return self.chip.read(self.chip.symbol("answers"), self.number("answers_size")).decode()
 
     def steps(self) -> NDArray[np.int64]:
         """(cycle of the first edge, step mask, direction mask) of each step event."""
@@ -101,7 +106,8 @@ def pins_of(board: Board, kind: str) -> list[int]:
 def step_events(edges: list[tuple[int, int, int]], board: Board) -> NDArray[np.int64]:
     axis_of = {pin: axis for axis, pin in enumerate(pins_of(board, "step"))}
     direction_of = {pin: axis for axis, pin in enumerate(pins_of(board, "dir"))}
-    directions, found = 0, []
+    found: list[list[int]] = []
+    directions = 0
     for cycle, pin, level in edges:
         if pin in direction_of:
             bit = 1 << direction_of[pin]
