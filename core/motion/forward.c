@@ -327,6 +327,7 @@ static bool is_crawling(const struct emit *emit, const struct stretch *stretch, 
     struct plan *plan = emit->plan;
     const struct piece *piece = tail_piece(emit), *next = path_piece(&plan->path, plan->path.tail + 1);
     float limit = min_f(timing_limit_sq(&plan->timing, piece), timing_limit_sq(&plan->timing, next));
+    limit = min_f(limit, piece->bend_sq);
     *lively = limit;
     if (emit->hold || emit->y >= CRAWL * limit)
         return false;

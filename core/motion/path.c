@@ -23,6 +23,7 @@
 #define FASTEST        2.0f    /* the largest override of the feed */
 #define REVERSAL       0.9995f /* ... of a turn with no way round */
 #define NO_TURN        1e-12f
+#define NO_LIMIT_SQ    1e30f
 
 void path_set_limits(struct path *path, const struct motion_limits *limits, float part, float far) {
     path->axis_count = limits->axis_count;
@@ -147,14 +148,26 @@ static float share(float sine, const struct knot *other, float other_sine, float
     return part < SHARE_MIN ? SHARE_MIN : min_f(part, 1.0f - SHARE_MIN);
 }
 
+/* A slow corner is cut by the mean of limited jerk while the speed changes on both of its ways, more than by
+ * the bend itself if they are diagonal. @return what is more than the room for that */
+static float cut_mm(const struct path *path, const struct knot *k, const struct knot *after) {
+    if (path->corner_s2 <= 0.0f)
+        return 0.0f;
+    float accel_mm_s2 =
+        vec_limit_along(k->unit, path->inverse_accel) + vec_limit_along(after->unit, path->inverse_accel);
+    return max_f(k->sine * accel_mm_s2 * path->corner_s2 - path->room_mm, 0.0f);
+}
+
 /* A corner that only its tube limits gains from a control point outside of it: the curve then has the tube on
  * both sides of the knot. */
 static void push_out(struct path *path, uint32_t index) {
     struct knot *k = knot(path, index);
     const struct knot *before = knot(path, index - 1), *after = knot(path, index + 1);
-    float tube_mm = k->info.tube_mm, sine_after = 0.0f;
+    float sine_after = 0.0f;
     k->turn = after->unit - k->unit;
     k->sine = 0.5f * vec_length(k->turn);
+    k->info.tube_mm = max_f(k->info.tube_mm - cut_mm(path, k, after), 0.0f);
+    float tube_mm = k->info.tube_mm;
     if (tube_mm <= 0.0f || k->sine < STRAIGHT || k->sine > REVERSAL)
         return;
     if (!after->stop)
@@ -219,6 +232,7 @@ static float tangent_mm(const struct path *path, const struct knot *before, cons
     most_mm = min_f(most_mm, 2.0f * k->depth_mm / k->sine);
     float speed_mm_s = min_f(max_f(k->info.asked_mm_s, after->info.asked_mm_s), limit_mm_s);
     float accel_mm_s2 = vec_limit_along(k->turn * (0.5f / k->sine), path->inverse_accel);
+    accel_mm_s2 = min_f(accel_mm_s2, path->across_mm_s2);
     float need_mm = NEED * speed_mm_s * speed_mm_s * k->sine / accel_mm_s2;
     return min_f(most_mm, max_f(need_mm, NEED_MIN_MM));
 }
@@ -232,6 +246,13 @@ static float far_mm_s2(const struct path *path, vec unit) {
     vec late = unit * path->spread;
     float off_s2 = vec_length(late - unit * vec_dot(unit, late));
     return off_s2 * accel_mm_s2 > path->room_mm ? path->room_mm / off_s2 : accel_mm_s2;
+}
+
+/* Greatest y in a blend so that |du| y / 2 d, which is the acceleration across it in its middle, is not too
+ * much. */
+static float across_sq(const struct path *path, const struct knot *k) {
+    float most = path->across_mm_s2 * k->tangent_mm;
+    return most < k->sine * NO_LIMIT_SQ ? most / k->sine : NO_LIMIT_SQ;
 }
 
 /* The way in near_s from the blend at a knot, or towards it: at the greatest speed that its ends can have,
@@ -248,6 +269,7 @@ static float near_mm(const struct path *path, const struct knot *k, const struct
     float accel_mm_s2 = max_f(vec_limit_along(k->unit, path->inverse_accel),
                               vec_limit_along(after->unit, path->inverse_accel));
     float bend_sq = 2.0f * k->tangent_mm / turn + (ramps ? 4.0f * accel_mm_s2 * k->tangent_mm : 0.0f);
+    bend_sq = min_f(bend_sq, across_sq(path, k));
     float speed_mm_s = min_f(min_f(asked_mm_s, rate_mm_s), sqrtf(bend_sq));
     return (speed_mm_s + 0.5f * accel_mm_s2 * path->near_s) * path->near_s;
 }
@@ -290,7 +312,7 @@ static void blend(struct path *path, uint32_t index) {
                             .tangent_mm = k->tangent_mm,
                             .asked_sq = k->info.asked_mm_s * k->info.asked_mm_s,
                             .limit_sq = limit_mm_s * limit_mm_s,
-                            .bend_sq = bend_mm_s * bend_mm_s,
+                            .bend_sq = min_f(bend_mm_s * bend_mm_s, across_sq(path, k)),
                             .accel_mm_s2 = accel_mm_s2,
                             .near_mm = k->tangent_mm > 0.0f ? near_mm(path, k, after) : stop_mm,
                             .line = k->info.line,
