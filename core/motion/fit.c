@@ -103,6 +103,8 @@ static void fit_shapers(struct plan *plan) {
     float near_s = part < 1.0f ? shaper_reach_s(&plan->shaper) : 0.0f;
     plan->path.across_mm_s2 = across_mm_s2;
     plan->path.corner_s2 = across_mm_s2 < NO_LIMIT ? mean_s * mean_s * (1.0f / 48.0f) : 0.0f;
+    float most_cut_mm = 2.0f * vec_length(plan->path.accel) * plan->path.corner_s2;
+    plan->path.cut_sine = most_cut_mm > room_mm ? (1.0f - ROUNDING) * room_mm / most_cut_mm : 1.0f;
     path_set_shaper(&plan->path, &plan->shaper, max_f(near_s, plan->path.mean_s), room_mm);
 }
 

@@ -257,10 +257,11 @@ static bool is_waiting(const struct motion *motion, uint32_t now_us) {
  * no more have come, so that its plan does not depend on when that end would be found. */
 static void plan_more(struct motion *motion, uint32_t now_us) {
     struct plan *plan = &motion->plan;
+    if (!plan_is_pending(plan) || ahead_left_us(&motion->ahead) >= (int32_t)(AHEAD_NEAR_US / 2))
+        return;
     bool paused = is_paused(motion, now_us), starts = paused && !motion->emit.hold && rests_for_good(motion);
     bool ends = starts || (!plan_is_long(plan) && emit_wants_more(&motion->emit));
-    if (!plan_is_pending(plan) || ahead_left_us(&motion->ahead) >= (int32_t)(AHEAD_NEAR_US / 2) || !ends ||
-        plan_free(plan) == 0 || motion_end_is_pending(motion))
+    if (!ends || plan_free(plan) == 0 || motion_end_is_pending(motion))
         return;
     plan->path.slack_mm = slack_mm(motion);
     if (paused)

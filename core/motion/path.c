@@ -149,13 +149,12 @@ static float share(float sine, const struct knot *other, float other_sine, float
 }
 
 /* A slow corner is cut by the mean of limited jerk while the speed changes on both of its ways, more than by
- * the bend itself if they are diagonal. @return what is more than the room for that */
-static float cut_mm(const struct path *path, const struct knot *k, const struct knot *after) {
-    if (path->corner_s2 <= 0.0f)
-        return 0.0f;
+ * the bend itself if they are diagonal. @return what that leaves of the tube: what is more than its room */
+static float left_of_tube_mm(const struct path *path, const struct knot *k, const struct knot *after) {
     float accel_mm_s2 =
         vec_limit_along(k->unit, path->inverse_accel) + vec_limit_along(after->unit, path->inverse_accel);
-    return max_f(k->sine * accel_mm_s2 * path->corner_s2 - path->room_mm, 0.0f);
+    float cut_mm = k->sine * accel_mm_s2 * path->corner_s2 - path->room_mm;
+    return cut_mm > 0.0f ? max_f(k->info.tube_mm - cut_mm, 0.0f) : k->info.tube_mm;
 }
 
 /* A corner that only its tube limits gains from a control point outside of it: the curve then has the tube on
@@ -166,7 +165,8 @@ static void push_out(struct path *path, uint32_t index) {
     float sine_after = 0.0f;
     k->turn = after->unit - k->unit;
     k->sine = 0.5f * vec_length(k->turn);
-    k->info.tube_mm = max_f(k->info.tube_mm - cut_mm(path, k, after), 0.0f);
+    if (k->sine > path->cut_sine)
+        k->info.tube_mm = left_of_tube_mm(path, k, after);
     float tube_mm = k->info.tube_mm;
     if (tube_mm <= 0.0f || k->sine < STRAIGHT || k->sine > REVERSAL)
         return;
@@ -250,7 +250,7 @@ static float far_mm_s2(const struct path *path, vec unit) {
 
 /* Greatest y in a blend so that |du| y / 2 d, which is the acceleration across it in its middle, is not too
  * much. */
-static float across_sq(const struct path *path, const struct knot *k) {
+static float find_across_sq(const struct path *path, const struct knot *k) {
     float most = path->across_mm_s2 * k->tangent_mm;
     return most < k->sine * NO_LIMIT_SQ ? most / k->sine : NO_LIMIT_SQ;
 }
@@ -258,7 +258,8 @@ static float across_sq(const struct path *path, const struct knot *k) {
 /* The way in near_s from the blend at a knot, or towards it: at the greatest speed that its ends can have,
  * and as fast as it may change. With limited jerk a blend that hardly turns has one, too: at its ends other
  * accelerations are possible. */
-static float near_mm(const struct path *path, const struct knot *k, const struct knot *after) {
+static float near_mm(const struct path *path, const struct knot *k, const struct knot *after,
+                     float across_sq) {
     bool ramps = path->mean_s > 0.0f;
     if (path->near_s <= 0.0f || (k->sine < STRAIGHT && !ramps))
         return 0.0f;
@@ -269,7 +270,7 @@ static float near_mm(const struct path *path, const struct knot *k, const struct
     float accel_mm_s2 = max_f(vec_limit_along(k->unit, path->inverse_accel),
                               vec_limit_along(after->unit, path->inverse_accel));
     float bend_sq = 2.0f * k->tangent_mm / turn + (ramps ? 4.0f * accel_mm_s2 * k->tangent_mm : 0.0f);
-    bend_sq = min_f(bend_sq, across_sq(path, k));
+    bend_sq = min_f(bend_sq, across_sq);
     float speed_mm_s = min_f(min_f(asked_mm_s, rate_mm_s), sqrtf(bend_sq));
     return (speed_mm_s + 0.5f * accel_mm_s2 * path->near_s) * path->near_s;
 }
@@ -280,7 +281,7 @@ static bool blend_again(struct path *path, struct knot *k) {
     const struct knot *after = knot(path, path->blended + 1);
     path->reopened = false;
     /* Next to the new bend it brakes less hard than the slack is for. */
-    float less_mm = near_mm(path, k, after);
+    float less_mm = near_mm(path, k, after, find_across_sq(path, k));
     k->tangent_mm = path_count(path) > 0 ? min_f(k->tangent_mm, path->slack_mm - less_mm) : 0.0f;
     k->stop = k->tangent_mm < MIN_TANGENT_MM;
     if (k->stop)
@@ -306,15 +307,16 @@ static void blend(struct path *path, uint32_t index) {
     float bend_mm_s = vec_limit_along(k->unit + 0.5f * k->turn, path->inverse_rate);
     float accel_mm_s2 = far_mm_s2(path, k->unit);
     float stop_mm = 0.5f * path->near_part * accel_mm_s2 * path->mean_s * path->mean_s;
+    float across_sq = find_across_sq(path, k);
     struct piece *piece = path_piece(path, path->head++);
     *piece = (struct piece){.unit = k->unit,
                             .length_mm = k->length_mm,
                             .tangent_mm = k->tangent_mm,
                             .asked_sq = k->info.asked_mm_s * k->info.asked_mm_s,
                             .limit_sq = limit_mm_s * limit_mm_s,
-                            .bend_sq = min_f(bend_mm_s * bend_mm_s, across_sq(path, k)),
+                            .bend_sq = min_f(bend_mm_s * bend_mm_s, across_sq),
                             .accel_mm_s2 = accel_mm_s2,
-                            .near_mm = k->tangent_mm > 0.0f ? near_mm(path, k, after) : stop_mm,
+                            .near_mm = k->tangent_mm > 0.0f ? near_mm(path, k, after, across_sq) : stop_mm,
                             .line = k->info.line,
                             .note = k->info.note,
                             .units = k->info.units,

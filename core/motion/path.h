@@ -96,6 +96,7 @@ struct path {
     float room_mm;
     float across_mm_s2; /* the most across the path: with limited jerk the mean then stays in the tolerance */
     float corner_s2; /* that times the accelerations on both of its ways is how far the mean cuts a corner */
+    float cut_sine;  /* less than this of half a turn: no farther than room_mm */
     float near_s;    /* this time before and after a bend is next to it ... */
     float near_part; /* ... where this part of accel_mm_s2 is used */
     float
