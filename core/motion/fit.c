@@ -5,9 +5,11 @@
 
 #define SHAPE_PART 0.5f  /* of the tolerance is for limited jerk and input shaping together ... */
 #define JERK_PART  0.25f /* ... and this for limited jerk, where there is both */
+#define TURNING    1.15f /* what the mean cuts off a bend where the speed changes, and where not: 1 */
 #define JUMP       1.96f /* of 2: so far two accelerations within one mean may differ, times that in bends */
 #define CALM       0.05f /* ... and this is least before and after all of it on a straight way */
 #define ROUNDING   1e-4f /* relative */
+#define NO_LIMIT   1e15f
 #define MIN_MEAN_S 0.002f
 /* How far a segment may lie off its curve, as a part of the tolerance and on top of it. */
 #define CURVE_PART      0.045f
@@ -24,25 +26,30 @@ static float cube_root(float c) {
     return x;
 }
 
-/* Averaging over T = 2 k A / J limits the jerk, and cuts curves by up to k |A| T^2 / 24, |A| being that of X,
- * Y and Z together. The part k of the acceleration that is used makes that fit: k^3 = 6 e J^2 / (|A| A^2).
- * @param room  part of the tolerance @return T; the accelerations become those that are used */
-static float fit_jerk(struct motion_limits *limits, float room) {
+/* Averaging over T = 2 k A / J limits the jerk, and cuts curves by up to a T^2 / 24 for an acceleration a
+ * across the path. The part k of the acceleration that is used makes that fit: k^3 = 6 e J^2 / (a A^2), a = k
+ * A. With shapers, whose moments differ, a is that of X, Y and Z together.
+ * @param room  part of the tolerance @param *across_mm_s2  becomes the greatest acceleration across the path
+ * @return T; the accelerations become those that are used */
+static float fit_jerk(struct motion_limits *limits, float room, bool shaped, float *across_mm_s2) {
     float most = 0.0f, sum = 0.0f, part = 1.0f, jerk = limits->jerk_mm_s3;
     float room_mm = room * limits->junction_deviation_mm;
     for (unsigned ax = 0; ax < limits->axis_count; ax++) {
         most = max_f(most, limits->accel_mm_s2[ax]);
         sum += ax <= AXIS_Z ? limits->accel_mm_s2[ax] * limits->accel_mm_s2[ax] : 0.0f;
     }
+    *across_mm_s2 = NO_LIMIT;
     if (jerk <= 0.0f)
         return 0.0f;
-    float all = sqrtf(sum), cube = 6.0f * room_mm / all * (jerk / most) * (jerk / most);
+    float all = shaped ? sqrtf(sum) : TURNING * most,
+          cube = 6.0f * room_mm / all * (jerk / most) * (jerk / most);
     if (room_mm > 0.0f && cube < 1.0f)
         part = cube_root(cube);
     float mean_s = max_f(2.0f * part * most / jerk, MIN_MEAN_S);
     float square = mean_s * mean_s * (1.0f / 24.0f);
     if (room_mm > 0.0f && part * all * square > room_mm)
         part = room_mm / (all * square);
+    *across_mm_s2 = room_mm > 0.0f && !shaped ? room_mm / (TURNING * square) : NO_LIMIT;
     for (unsigned ax = 0; ax < limits->axis_count; ax++)
         limits->accel_mm_s2[ax] *= part;
     return mean_s;
@@ -78,19 +85,26 @@ static void fit_ramps(struct plan *plan, float used, float part) {
  * On long straight ways they have all of it: what shaping does there is along the way. */
 static void fit_shapers(struct plan *plan) {
     struct motion_limits *limits = &plan->limits, unshaped;
-    float all_mm_s2 = limits->accel_mm_s2[AXIS_X], part = 1.0f;
-    float mean_s = fit_jerk(limits, is_shaped(limits) ? JERK_PART : SHAPE_PART);
+    float all_mm_s2 = limits->accel_mm_s2[AXIS_X], part = 1.0f, across_mm_s2;
+    bool shaped = is_shaped(limits);
+    float mean_s = fit_jerk(limits, shaped ? JERK_PART : SHAPE_PART, shaped, &across_mm_s2);
     unshaped = *limits;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         unshaped.shaper[ax] = (struct shaper_mode){SHAPER_OFF, 0.0f, 0.0f};
     shaper_set(&plan->unshaped, &unshaped, mean_s, HISTORY_WINDOW);
     shaper_set(&plan->shaper, limits, mean_s, HISTORY_WINDOW);
     float room_mm = SHAPE_PART * limits->junction_deviation_mm, drift = drift_mm(&plan->shaper, limits);
+    if (!shaped)
+        drift = min_f(drift, room_mm);
     if (room_mm > 0.0f && drift > room_mm * (1.0f + ROUNDING))
         part = room_mm / drift;
     plan->shaped_mm = part * drift;
     fit_ramps(plan, limits->accel_mm_s2[AXIS_X] / all_mm_s2, part);
     float near_s = part < 1.0f ? shaper_reach_s(&plan->shaper) : 0.0f;
+    plan->path.across_mm_s2 = across_mm_s2;
+    plan->path.corner_s2 = across_mm_s2 < NO_LIMIT ? mean_s * mean_s * (1.0f / 48.0f) : 0.0f;
+    float most_cut_mm = 2.0f * vec_length(plan->path.accel) * plan->path.corner_s2;
+    plan->path.cut_sine = most_cut_mm > room_mm ? (1.0f - ROUNDING) * room_mm / most_cut_mm : 1.0f;
     path_set_shaper(&plan->path, &plan->shaper, max_f(near_s, plan->path.mean_s), room_mm);
 }
 

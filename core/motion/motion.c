@@ -24,7 +24,7 @@ static void plan_reset(struct plan *plan, const int32_t position_steps[AXIS_COUN
     path_reset(&plan->path);
     power_reset(&plan->power);
     plan->timing.known = plan->timing.settled = 0;
-    plan->timing.pass.runs = false;
+    plan->timing.whole = plan->timing.pass.runs = false;
 }
 
 /* How far a point that is left out may lie from the chord: points are rounded when they are written, and what
@@ -128,7 +128,7 @@ static void plan_line(struct plan *plan, const struct motion_line *line) {
 static void plan_set_override(struct plan *plan, float feed, float rapid) {
     plan->timing.feed_sq = feed * feed;
     plan->timing.rapid_sq = rapid * rapid;
-    plan->timing.whole = true;
+    plan->timing.whole = plan->path.head != plan->path.kept; /* what has yet to come is found with them */
 }
 
 /* When regular passes are made. What is not `reach` is for moves that wait for others, and for pieces that
@@ -238,6 +238,10 @@ static bool rests_at_place(const struct emit *emit) {
     return emit->v_mm_s == 0.0f && !emit->entered;
 }
 
+static bool rests_for_good(const struct motion *motion) {
+    return rests_at_place(&motion->emit) && !motion->ahead.pending;
+}
+
 /* No move has come for a while; nor is one waited for where S changes so often that none can come before some
  * are made. */
 static bool is_paused(const struct motion *motion, uint32_t now_us) {
@@ -253,15 +257,18 @@ static bool is_waiting(const struct motion *motion, uint32_t now_us) {
            motion_has_room(motion) && now_us - motion->oldest_us < MOTION_START_MAX_US;
 }
 
-/* Near the end of what is planned, moves that wait for others become pieces. */
+/* Near the end of what is planned, moves that wait for others become pieces; and before motion starts because
+ * no more have come, so that its plan does not depend on when that end would be found. */
 static void plan_more(struct motion *motion, uint32_t now_us) {
     struct plan *plan = &motion->plan;
-    if (!plan_is_pending(plan) || ahead_left_us(&motion->ahead) >= (int32_t)(AHEAD_NEAR_US / 2) ||
-        plan_is_long(plan) || !emit_wants_more(&motion->emit) || plan_free(plan) == 0 ||
-        motion_end_is_pending(motion))
+    if (!plan_is_pending(plan) || ahead_left_us(&motion->ahead) >= (int32_t)(AHEAD_NEAR_US / 2))
+        return;
+    bool paused = is_paused(motion, now_us), starts = paused && !motion->emit.hold && rests_for_good(motion);
+    bool ends = starts || (!plan_is_long(plan) && emit_wants_more(&motion->emit));
+    if (!ends || plan_free(plan) == 0 || motion_end_is_pending(motion))
         return;
     plan->path.slack_mm = slack_mm(motion);
-    if (is_paused(motion, now_us))
+    if (paused)
         plan_end(plan, true);
     else
         plan_close(plan);
@@ -270,10 +277,6 @@ static void plan_more(struct motion *motion, uint32_t now_us) {
 /* Pieces that one poll looks at, and those that the next batch may need. */
 #define PIECES_AT_ONCE 3u
 #define PIECES_AHEAD   32u
-
-static bool rests_for_good(const struct motion *motion) {
-    return rests_at_place(&motion->emit) && !motion->ahead.pending;
-}
 
 /* A backward pass is to be made. One that is not regular only where motion needs it soon: else what comes
  * next would depend on when it was made. */

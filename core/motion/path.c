@@ -23,6 +23,7 @@
 #define FASTEST        2.0f    /* the largest override of the feed */
 #define REVERSAL       0.9995f /* ... of a turn with no way round */
 #define NO_TURN        1e-12f
+#define NO_LIMIT_SQ    1e30f
 
 void path_set_limits(struct path *path, const struct motion_limits *limits, float part, float far) {
     path->near_part = part / far;
@@ -146,14 +147,26 @@ static float share(float sine, const struct knot *other, float other_sine, float
     return part < SHARE_MIN ? SHARE_MIN : min_f(part, 1.0f - SHARE_MIN);
 }
 
+/* A slow corner is cut by the mean of limited jerk while the speed changes on both of its ways, more than by
+ * the bend itself if they are diagonal. @return what that leaves of the tube: what is more than its room */
+static float left_of_tube_mm(const struct path *path, const struct knot *k, const struct knot *after) {
+    float accel_mm_s2 =
+        vec_limit_along(k->unit, path->inverse_accel) + vec_limit_along(after->unit, path->inverse_accel);
+    float cut_mm = k->sine * accel_mm_s2 * path->corner_s2 - path->room_mm;
+    return cut_mm > 0.0f ? max_f(k->info.tube_mm - cut_mm, 0.0f) : k->info.tube_mm;
+}
+
 /* A corner that only its tube limits gains from a control point outside of it: the curve then has the tube on
  * both sides of the knot. */
 static void push_out(struct path *path, uint32_t index) {
     struct knot *k = knot(path, index);
     const struct knot *before = knot(path, index - 1), *after = knot(path, index + 1);
-    float tube_mm = k->info.tube_mm, sine_after = 0.0f;
+    float sine_after = 0.0f;
     k->turn = after->unit - k->unit;
     k->sine = 0.5f * vec_length(k->turn);
+    if (k->sine > path->cut_sine)
+        k->info.tube_mm = left_of_tube_mm(path, k, after);
+    float tube_mm = k->info.tube_mm;
     if (tube_mm <= 0.0f || k->sine < STRAIGHT || k->sine > REVERSAL)
         return;
     if (!after->stop)
@@ -219,6 +232,7 @@ static float tangent_mm(const struct path *path, const struct knot *before, cons
     most_mm = min_f(most_mm, 2.0f * k->depth_mm / k->sine);
     float speed_mm_s = min_f(max_f(k->info.asked_mm_s, after->info.asked_mm_s), limit_mm_s);
     float accel_mm_s2 = vec_limit_along(k->turn * (0.5f / k->sine), path->inverse_accel);
+    accel_mm_s2 = min_f(accel_mm_s2, path->across_mm_s2);
     float need_mm = NEED * speed_mm_s * speed_mm_s * k->sine / accel_mm_s2;
     return min_f(most_mm, max_f(need_mm, NEED_MIN_MM));
 }
@@ -234,10 +248,18 @@ static float far_mm_s2(const struct path *path, vec unit) {
     return off_s2 * accel_mm_s2 > path->room_mm ? path->room_mm / off_s2 : accel_mm_s2;
 }
 
+/* Greatest y in a blend so that |du| y / 2 d, which is the acceleration across it in its middle, is not too
+ * much. */
+static float find_across_sq(const struct path *path, const struct knot *k) {
+    float most = path->across_mm_s2 * k->tangent_mm;
+    return most < k->sine * NO_LIMIT_SQ ? most / k->sine : NO_LIMIT_SQ;
+}
+
 /* The way in near_s from the blend at a knot, or towards it: at the greatest speed that its ends can have,
  * and as fast as it may change. With limited jerk a blend that hardly turns has one, too: at its ends other
  * accelerations are possible. */
-static float near_mm(const struct path *path, const struct knot *k, const struct knot *after) {
+static float near_mm(const struct path *path, const struct knot *k, const struct knot *after,
+                     float across_sq) {
     bool ramps = path->mean_s > 0.0f;
     if (path->near_s <= 0.0f || (k->sine < STRAIGHT && !ramps))
         return 0.0f;
@@ -248,6 +270,7 @@ static float near_mm(const struct path *path, const struct knot *k, const struct
     float accel_mm_s2 = max_f(vec_limit_along(k->unit, path->inverse_accel),
                               vec_limit_along(after->unit, path->inverse_accel));
     float bend_sq = 2.0f * k->tangent_mm / turn + (ramps ? 4.0f * accel_mm_s2 * k->tangent_mm : 0.0f);
+    bend_sq = min_f(bend_sq, across_sq);
     float speed_mm_s = min_f(min_f(asked_mm_s, rate_mm_s), sqrtf(bend_sq));
     return (speed_mm_s + 0.5f * accel_mm_s2 * path->near_s) * path->near_s;
 }
@@ -258,7 +281,7 @@ static bool blend_again(struct path *path, struct knot *k) {
     const struct knot *after = knot(path, path->blended + 1);
     path->reopened = false;
     /* Next to the new bend it brakes less hard than the slack is for. */
-    float less_mm = near_mm(path, k, after);
+    float less_mm = near_mm(path, k, after, find_across_sq(path, k));
     k->tangent_mm = path_count(path) > 0 ? min_f(k->tangent_mm, path->slack_mm - less_mm) : 0.0f;
     k->stop = k->tangent_mm < MIN_TANGENT_MM;
     if (k->stop)
@@ -284,15 +307,16 @@ static void blend(struct path *path, uint32_t index) {
     float bend_mm_s = vec_limit_along(k->unit + 0.5f * k->turn, path->inverse_rate);
     float accel_mm_s2 = far_mm_s2(path, k->unit);
     float stop_mm = 0.5f * path->near_part * accel_mm_s2 * path->mean_s * path->mean_s;
+    float across_sq = find_across_sq(path, k);
     struct piece *piece = path_piece(path, path->head++);
     *piece = (struct piece){.unit = k->unit,
                             .length_mm = k->length_mm,
                             .tangent_mm = k->tangent_mm,
                             .asked_sq = k->info.asked_mm_s * k->info.asked_mm_s,
                             .limit_sq = limit_mm_s * limit_mm_s,
-                            .bend_sq = bend_mm_s * bend_mm_s,
+                            .bend_sq = min_f(bend_mm_s * bend_mm_s, across_sq),
                             .accel_mm_s2 = accel_mm_s2,
-                            .near_mm = k->tangent_mm > 0.0f ? near_mm(path, k, after) : stop_mm,
+                            .near_mm = k->tangent_mm > 0.0f ? near_mm(path, k, after, across_sq) : stop_mm,
                             .line = k->info.line,
                             .note = k->info.note,
                             .units = k->info.units,

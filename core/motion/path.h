@@ -68,7 +68,7 @@ struct piece {
     float tangent_mm;  /* 0: no blend, the corner is passed at rest */
     float asked_sq;    /* (mm/s)^2 along the chord at 100 % */
     float limit_sq;    /* (mm/s)^2 along the chord that the axis rates allow */
-    float bend_sq;     /* the same in the middle of the blend */
+    float bend_sq;     /* the same in the middle of the blend; and what limited jerk allows in it */
     float accel_mm_s2; /* along the chord: every axis inside its limit */
     float near_mm;     /* so much of both chords is next to the blend at its end; or of this one to a stop */
     float enter_y;     /* greatest y at the start of the straight part (motion/timing.h) */
@@ -94,6 +94,9 @@ struct path {
     vec spread;                             /* half of the second moment of each axis' shaper, s^2 */
     bool uneven; /* they differ, so that straight ways bend where speed changes, by up to: */
     float room_mm;
+    float across_mm_s2; /* the most across the path: with limited jerk the mean then stays in the tolerance */
+    float corner_s2; /* that times the accelerations on both of its ways is how far the mean cuts a corner */
+    float cut_sine;  /* less than this of half a turn: no farther than room_mm */
     float near_s;    /* this time before and after a bend is next to it ... */
     float near_part; /* ... where this part of accel_mm_s2 is used */
     float

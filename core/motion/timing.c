@@ -94,7 +94,8 @@ static bool find_blend(const struct path *path, struct piece *piece, const struc
     vec u0 = 2.0f * piece->unit * inverse, du = (next->unit - piece->unit) * inverse;
     struct half half = {.bend = 2.0f * du, .start = u0 + du, .end = u0 + 4.0f * du};
     bool first_settled, second_settled;
-    float middle_y = greatest_start(&half, next->enter_y, min_f(cap, next_cap), &second_settled);
+    float middle_cap = min_f(min_f(cap, next_cap), piece->bend_sq);
+    float middle_y = greatest_start(&half, next->enter_y, middle_cap, &second_settled);
     piece->middle_y = max_f(piece->middle_y, middle_y);
     half.start = u0;
     half.end = u0 + 3.0f * du;

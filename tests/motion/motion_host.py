@@ -186,6 +186,19 @@ class Host:
 
     def paced(self, program: str, bytes_per_ms: int) -> Run:
         """The same from a sender that has so many bytes each millisecond."""
+        self._send(program, bytes_per_ms)
+        return self.settle()
+
+    def paced_like_a_chip(self, program: str, bytes_per_ms: int) -> Run:
+        """The same, and the controller finds out itself that nothing follows: no more has come for a while."""
+        self._send(program, bytes_per_ms)
+        self.wait(0.02)
+        while LIB.host_is_busy(self._host):
+            self.wait(0.02)
+        self._hear()
+        return self._result()
+
+    def _send(self, program: str, bytes_per_ms: int) -> None:
         data = program.encode("latin-1")
         self.start("")
         sent = taken = 0
@@ -194,7 +207,6 @@ class Host:
             taken += LIB.host_write(self._host, data[taken:sent], sent - taken)
             self.wait(0.001)
             self._hear()
-        return self.settle()
 
     def _result(self) -> Run:
         position = (ctypes.c_int32 * AXES)()

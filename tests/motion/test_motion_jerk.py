@@ -41,9 +41,8 @@ def chopped_circle(chord_mm: float, radius_mm: float = 20) -> str:
 
 def mean(jerk: float) -> tuple[float, float]:
     """What limited jerk makes of $11 (docs/motion.md, 9): the part k of the acceleration that is used, and the time T
-    of the mean. T = 2 k A / J with k^3 = 6 e J^2 / (|A| A^2), e half of $11, |A| of three axes."""
-    norm = math.sqrt(3) * ACCEL_MM_S2
-    part = min(1.0, (6 * 0.5 * DEVIATION_MM * jerk**2 / (norm * ACCEL_MM_S2**2)) ** (1 / 3))
+    of the mean. T = 2 k A / J with k^3 = 6 e J^2 / 1.15 A^3, e half of $11."""
+    part = min(1.0, (6 * 0.5 * DEVIATION_MM * jerk**2 / (1.15 * ACCEL_MM_S2**3)) ** (1 / 3))
     return part, max(2 * part * ACCEL_MM_S2 / jerk, 0.002)
 
 
@@ -148,6 +147,35 @@ def test_the_end_is_exact_and_the_path_in_the_tolerance(host: Host, jerk: int, s
     points += [tuple(float(word[1:]) for word in split(line)) for line in program.splitlines()[1:]]
     assert run.counted()[:3] == [nearest(value * STEPS_PER_MM) for value in points[-1]]
     assert farthest_mm(run.positions()[::7, :3] / STEPS_PER_MM, np.array(points)) <= DEVIATION_MM + 1.5 / STEPS_PER_MM
+
+
+def needles(angle_deg: float, way: tuple[float, float, float], length_mm: float) -> NDArray[np.float64]:
+    """Corners that turn by this angle, left and right in turn, of lines that lie evenly on both sides of this way."""
+    along = np.array(way) / np.linalg.norm(way)
+    aside = np.cross(along, [0.0, 0.0, 1.0]) / np.linalg.norm(np.cross(along, [0.0, 0.0, 1.0]))
+    half = math.radians(angle_deg) / 2
+    lines = [length_mm * (math.cos(half) * along + (-1) ** n * math.sin(half) * aside) for n in range(6)]
+    return np.vstack([np.zeros(3), np.cumsum(lines, axis=0)])
+
+
+@pytest.mark.parametrize("jerk", [5_000, 20_000, 100_000])
+@pytest.mark.parametrize("way", [(1, 1, 0), (1, 0, 0), (1, 1, 1)])
+def test_a_corner_is_cut_no_deeper_than_the_tolerance(jerk: int, way: tuple[float, float, float]) -> None:
+    """Both ways: no step is farther from the program, and none of its points is farther from the steps."""
+    fine = 2000.0
+    host = Host(axes=3)
+    host.settings(**{name: value for name, value in BASELINE.items() if int(name[1:]) % 10 < 3})
+    host.settings(s100=fine, s101=fine, s102=fine, s11=DEVIATION_MM, s40=jerk)
+    at, most_mm = np.zeros(3), DEVIATION_MM + 1.5 / fine + 1e-4
+    for angle_deg in (10, 30, 60, 90, 120, 150, 170):
+        points = needles(angle_deg, way, 1.5) + at
+        run = host.run("G90G1F5000\n" + "".join("X{:.4f}Y{:.4f}Z{:.4f}\n".format(*p) for p in points[1:]))
+        steps = at + run.positions()[:, :3] / fine
+        at = np.array(run.position[:3]) / fine
+        assert farthest_mm(steps[::11], points) <= most_mm, f"{angle_deg} degrees"
+        missed_mm = max(float(np.linalg.norm(steps - p, axis=1).min()) for p in points[1:])
+        assert missed_mm <= most_mm, f"{angle_deg} degrees"
+    host.close()
 
 
 def nearest(steps: float) -> int:

@@ -47,7 +47,7 @@ class Plain:
 
     run: Run
     segments: list[int]  # tick at which each begins
-    near: NDArray[np.int64]  # packed positions within a step of its path
+    near: NDArray[np.int64]  # packed positions of its path and around it: see steps_off()
 
 
 def fresh(name: str) -> Host:
@@ -62,6 +62,11 @@ def packed(places: NDArray[np.int64]) -> NDArray[np.int64]:
     return ((places[:, 0] + 2**20) << 42) + ((places[:, 1] + 2**20) << 21) + places[:, 2] + 2**20
 
 
+def steps_off(name: str) -> int:
+    """A step by rounding. With limited jerk bends are cut less at a lower speed, which is half of $11 at most."""
+    return 1 if JERK_MM_S3[name] == 0 else 1 + round(0.5 * 0.01 * STEPS_PER_MM)
+
+
 @functools.cache
 def plain(name: str) -> Plain:
     host = fresh(name)
@@ -73,7 +78,7 @@ def plain(name: str) -> Plain:
             segments.append(host.ticks())
     run = host.settle()
     host.close()
-    steps = np.arange(-1, 2)
+    steps = np.arange(-steps_off(name), steps_off(name) + 1)
     around = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
     path = run.positions()[:, :3]
     return Plain(run, segments, np.unique(np.concatenate([packed(path + by) for by in around])))

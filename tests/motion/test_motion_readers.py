@@ -62,7 +62,10 @@ def at_once(name: str, jerk_mm_s3: float = 0.0) -> Run:
 
 
 def assert_same_steps(run: Run, name: str, jerk_mm_s3: float = 0.0) -> None:
-    wanted = at_once(name, jerk_mm_s3)
+    same_steps(run, at_once(name, jerk_mm_s3))
+
+
+def same_steps(run: Run, wanted: Run) -> None:
     assert run.counters.underruns == 0 and run.counters.lookahead_starved == 0
     assert len(run.events) == len(wanted.events)
     for field in ("step", "dir"):
@@ -105,3 +108,23 @@ def test_it_does_not_matter_how_fast_the_sender_is(name: str, bytes_per_ms: int)
     run = host.paced(PROGRAMS[name] + END, bytes_per_ms)
     host.close()
     assert_same_steps(run, name)
+
+
+CORNERS = "G21G90\nG1X10F3000\nX12Y7\nX0Y3\nG2X5Y8I5J0\nG0X0Y0\nG1X-3Y1Z2F1200\nX0Y0Z0F600\n"
+# All of it has come within the 50 ms that a machine at rest waits for more.
+SHORT = {"corners": CORNERS, "surface": surface(1, 20), "circle": chopped_circle(25), "line": "G90G1X7Y5F2000\n"}
+
+
+@pytest.mark.parametrize("jerk_mm_s3", [0.0, 20_000.0, 50_000.0])
+@pytest.mark.parametrize("name", SHORT)
+def test_the_steps_of_a_short_program_do_not_depend_on_when_its_end_is_found(name: str, jerk_mm_s3: float) -> None:
+    """By a line that waits for rest, by a sender that says it, or because no more has come."""
+    host = controller(jerk_mm_s3=jerk_mm_s3)
+    wanted = host.run(SHORT[name] + END)
+    host.close()
+    for tasks in (Tasks.FREE, Tasks.ESP32, Tasks.PIC32MZ):
+        for bytes_per_ms in (None, 11, 1000):
+            host = controller(tasks, jerk_mm_s3)
+            run = host.paced_like_a_chip(SHORT[name], bytes_per_ms) if bytes_per_ms else host.run(SHORT[name])
+            host.close()
+            same_steps(run, wanted)

@@ -58,8 +58,9 @@ def part_of(name: str) -> int | None:
     return MOTION if name.startswith(("motion_", "segment_")) else OTHERS
 
 
-def count_job(root: Path, job: Path, settings: Sequence[str]) -> Count:
-    """Run a job. Raises BuildError, CalledProcessError when it has errors."""
+def build_driver(root: Path) -> Path:
+    """tools/bench/drive.c with as many axes as the chip's board, and beside it the linker's map, drive.map. Raises
+    BuildError with what the compiler said."""
     folder = root / "build" / "mips" / "count"
     sizes = folder / "sizes" / "hal" / "core_sizes.h"
     sizes.parent.mkdir(parents=True, exist_ok=True)
@@ -69,9 +70,16 @@ def count_job(root: Path, job: Path, settings: Sequence[str]) -> Count:
     flags = (*FLAGS, f"-I{folder / 'sizes'}")
     drive = root / "tools" / "bench" / "drive.c"
     objects = compile_files(root, [*controller_sources(root), drive], folder, flags)
-    program, layout, table = folder / "drive", folder / "drive.map", folder / "table"
-    _run([COMPILER, *flags, *map(str, objects), "-lm", f"-Wl,-Map={layout}", "-o", str(program)])
-    names = _write_table(layout.read_text(), table)
+    program = folder / "drive"
+    _run([COMPILER, *flags, *map(str, objects), "-lm", f"-Wl,-Map={program}.map", "-o", str(program)])
+    return program
+
+
+def count_job(root: Path, job: Path, settings: Sequence[str]) -> Count:
+    """Run a job. Raises BuildError, CalledProcessError when it has errors."""
+    program = build_driver(root)
+    table = program.with_name("table")
+    names = _write_table(Path(f"{program}.map").read_text(), table)
     with tempfile.TemporaryDirectory() as temporary:
         plugin = Path(temporary) / "libcount.so"
         source = str(Path(__file__).with_name("count.c"))
