@@ -227,7 +227,13 @@ def _servo(board: BoardFile, chip: Chip) -> Iterator[Finding]:
 
 def _spindle_bus(board: BoardFile, chip: Chip) -> Iterator[Finding]:
     bus = board.spindle_bus
-    if bus is None or bus.uart in chip.spindle_uarts:
+    if bus is None:
+        return
+    for key, pins in chip.spindle_pins.items():
+        if getattr(bus, key).pin not in pins:
+            reason = f"the firmware of the {chip.name} has this line of the bus at {', '.join(pins)} only"
+            yield Finding("spindle-bus", ("spindle_bus", key), reason, f'{key} = "{pins[0]}"')
+    if bus.uart in chip.spindle_uarts:
         return
     if chip.spindle_uarts:
         reason = f"{chip.name} has no UART {bus.uart!r} to spare"

@@ -109,11 +109,10 @@ def command(
     with a PIC32MZ runs its real image, in a virtual chip; there all clients are at one serial port.
     """
     the_board, profile = _board_and_machine(board, machine)
-    page = parse_address(http, "--http", DEFAULT_HTTP_PORT) if http else None
     options = ServeOptions(
         board=the_board,
-        tcp=None if io_module else parse_address(tcp) or (NOWHERE if page else None),
-        http=page,
+        tcp=None if io_module else parse_address(tcp) or (NOWHERE if http else None),
+        http=parse_address(http, "--http", DEFAULT_HTTP_PORT) if http else None,
         http_names=tuple(map(parse_host_name, http_names)),
         pty=pty,
         spindle_bus=spindle_bus,
