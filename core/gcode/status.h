@@ -101,6 +101,12 @@
     X(175, NO_SETTER_PLACE, "this tool change ($341) needs the place of the tool setter: store it in G59.3") \
     X(180, NOT_LOGGED_IN, "this client is not logged in, and the line had no effect (wificnc login)")        \
     X(181, OBSERVER, "another client is in control, and the line had no effect: $TAKE takes control")        \
+    X(190, NO_SPINDLE_BUS,                                                                                   \
+      "$395: the board has no RS-485 bus for a drive ([spindle_bus]): wificnc boards show")                  \
+    X(191, UNKNOWN_VFD, "$395: no spindle has this number; docs/spindles.md lists the drives")               \
+    X(192, VFD_LASER, "a laser ($32=1) needs the board's PWM ($395=0); for a drive set $32=0 first")         \
+    X(193, VFD_IN_USE,                                                                                       \
+      "$374, $375, $395, $460 to $471, $681 change only while the spindle is off: M5 first")                 \
     /* end of the table */
 
 enum status {

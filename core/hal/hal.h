@@ -99,6 +99,27 @@ struct hal_servo {
     void (*set)(struct hal *hal, uint16_t pulse_us);
 };
 
+/** How characters of 8 bits look on a bus. */
+enum hal_bus_parity { HAL_BUS_NONE, HAL_BUS_EVEN, HAL_BUS_ODD };
+
+struct hal_bus_format {
+    uint32_t baud;
+    enum hal_bus_parity parity; /* one stop bit */
+};
+
+/** An RS-485 bus with one master, for a spindle drive. A machine without it has none of this.
+ *
+ * While bytes are sent, the driver of the bus is enabled (DE), from before the first start bit until the last
+ * stop bit has left; what is received meanwhile is dropped, because it is what was sent. */
+struct hal_bus {
+    /** [task] Nothing is being sent. @return false: the hardware does not have this format */
+    bool (*configure)(struct hal *hal, const struct hal_bus_format *format);
+    /** [task] Begin to send; the bytes are copied. At most 16, and not while others are being sent. */
+    void (*send)(struct hal *hal, const uint8_t *bytes, size_t count);
+    /** [task] @return bytes that have come since, at most size, without waiting */
+    size_t (*receive)(struct hal *hal, uint8_t *bytes, size_t size);
+};
+
 /** A square wave that keeps a safety relay closed. It ends some 20 ms after the motion side was polled for
  * the last time, so that a program that hangs opens the relay. A machine without it has none of this. */
 struct hal_pump {

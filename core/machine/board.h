@@ -6,6 +6,8 @@
 #include "config.h"
 #include "hal/hal.h"
 
+struct machine_vfd;
+
 /** Outputs that not every board has: bits of machine_board.outputs. */
 enum board_output {
     BOARD_OUTPUT_SPINDLE = 1, /* anything that starts it: an enable line or PWM */
@@ -26,21 +28,23 @@ struct machine_board {
     uint32_t step_pulse_ns;    /* the shortest; $0 means it when it is this, in whole us */
     uint16_t default_pulse_us; /* what $0 starts at; 0: step_pulse_ns */
     uint32_t dir_setup_ns;
-    uint32_t step_spread_ns;           /* from step to step, beyond the pulse and a pause as long */
-    uint32_t step_grid_ns;             /* pulses and pauses are 1 .. STEP_GRID_MAX of it; 0: any */
-    uint32_t max_step_rate_hz;         /* of one axis */
-    uint16_t look_ahead;               /* pieces of path, 32 .. PLAN_SIZE; 0: PLAN_SIZE */
-    uint16_t laser_marks;              /* changes of S in it, 256 .. POWER_MARKS; 0: POWER_MARKS */
-    uint8_t axis_count;                /* 1 .. AXIS_COUNT */
-    axis_mask_t home_axes;             /* homing looks at switches of their own, not at the limits */
-    uint32_t motors_wake_us;           /* drivers need it from enabled to their first step */
-    uint8_t outputs;                   /* BOARD_OUTPUT_ bits of what is wired */
-    bool toolsetter;                   /* a second probe input: hal_inputs.toolsetter */
-    uint8_t digital_inputs;            /* of M66, 0 .. DIGITAL_INPUT_COUNT */
-    uint8_t digital_outputs;           /* of M62 .. M65, 0 .. OUTPUT_COUNT */
-    const struct hal_analog *analog;   /* NULL: no analog inputs and outputs */
-    const struct hal_servo *servo;     /* NULL: no servo output */
-    const struct hal_pump *pump;       /* NULL: no charge pump */
+    uint32_t step_spread_ns;         /* from step to step, beyond the pulse and a pause as long */
+    uint32_t step_grid_ns;           /* pulses and pauses are 1 .. STEP_GRID_MAX of it; 0: any */
+    uint32_t max_step_rate_hz;       /* of one axis */
+    uint16_t look_ahead;             /* pieces of path, 32 .. PLAN_SIZE; 0: PLAN_SIZE */
+    uint16_t laser_marks;            /* changes of S in it, 256 .. POWER_MARKS; 0: POWER_MARKS */
+    uint8_t axis_count;              /* 1 .. AXIS_COUNT */
+    axis_mask_t home_axes;           /* homing looks at switches of their own, not at the limits */
+    uint32_t motors_wake_us;         /* drivers need it from enabled to their first step */
+    uint8_t outputs;                 /* BOARD_OUTPUT_ bits of what is wired */
+    bool toolsetter;                 /* a second probe input: hal_inputs.toolsetter */
+    uint8_t digital_inputs;          /* of M66, 0 .. DIGITAL_INPUT_COUNT */
+    uint8_t digital_outputs;         /* of M62 .. M65, 0 .. OUTPUT_COUNT */
+    const struct hal_analog *analog; /* NULL: no analog inputs and outputs */
+    const struct hal_servo *servo;   /* NULL: no servo output */
+    const struct hal_bus *bus;       /* NULL: none for a spindle drive */
+    struct machine_vfd *vfd;         /* of the target, zeroed, where there is a bus: machine/vfd_spindle.h */
+    const struct hal_pump *pump;     /* NULL: no charge pump */
     const struct hal_encoder *encoder; /* NULL: none of the spindle */
     const struct hal_ganged *ganged;   /* NULL: every axis has one motor */
     const struct hal_store *store;     /* NULL: nothing is kept */

@@ -8,6 +8,7 @@
 #include "machine/outputs.h"
 #include "machine/parts.h"
 #include "machine/pump.h"
+#include "machine/vfd_spindle.h"
 #include "machine/wiring.h"
 
 #include <stddef.h>
@@ -134,12 +135,14 @@ void configure_pwm(struct machine *machine) {
 
 static void apply_outputs(struct machine *machine) {
     configure_pwm(machine);
+    vfd_spindle_configure(machine);
     outputs_apply(machine);
     motor_current_put_out(machine);
     pump_apply(machine);
 }
 
 void configure_apply(struct machine *machine) {
+    vfd_spindle_configure(machine);
     apply_program(machine);
     apply_motion(machine);
 }
@@ -195,6 +198,8 @@ enum status configure_set(struct machine *machine, uint16_t number, double value
         return STATUS_STEP_PULSE_LONG;
     if (is_pwm_in_use(machine, number))
         return STATUS_PWM_IN_USE;
+    if (vfd_spindle_has_setting(number) && machine->outputs.spindle != SPINDLE_OFF)
+        return STATUS_VFD_IN_USE;
     /* Before anything is changed: what the board cannot do is refused as a whole. */
     enum status status = wiring_check(machine, number, value);
     if (status != STATUS_OK)

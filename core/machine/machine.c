@@ -27,6 +27,8 @@
 #include "machine/stored_write.h"
 #include "machine/suspend.h"
 #include "machine/timer.h"
+#include "machine/vfd_spindle.h"
+#include "machine/vfd_watch.h"
 #include "machine/wiring.h"
 
 #include <string.h>
@@ -76,22 +78,30 @@ void machine_input_pause(struct machine *machine) {
     motion_flush(&machine->drive.motion);
 }
 
-uint32_t machine_wait_us(const struct machine *machine) {
+uint32_t machine_event_us(const struct machine *machine) {
     uint32_t quiet = timer_left_us(machine, &machine->clock.quiet);
     uint32_t timer = timer_left_us(machine, &machine->clock.timer);
     uint32_t least = quiet < timer ? quiet : timer;
     uint32_t aim = timer_left_us(machine, &machine->outputs.aim_time);
     uint32_t motors = motors_wait_us(machine);
     uint32_t run_up = run_up_wait_us(machine);
+    uint32_t vfd = vfd_spindle_event_us(machine);
     if (run_up < least)
         least = run_up;
     if (aim < least)
         least = aim;
+    if (vfd < least)
+        least = vfd;
     if (motors > 0 && motors < least)
         least = motors;
     if (machine->drive.motion.waits && !machine->life.critical && least > MOTION_START_DELAY_US)
         least = MOTION_START_DELAY_US;
     return least;
+}
+
+uint32_t machine_wait_us(const struct machine *machine) {
+    const uint32_t event_us = machine_event_us(machine), vfd_us = vfd_spindle_wait_us(machine);
+    return event_us < vfd_us ? event_us : vfd_us;
 }
 
 /* From rest to motion within prep_poll(): the moment of the start and the count of starts are published for
@@ -123,10 +133,12 @@ static void tell_late(struct machine *machine) {
  * standing depends on it. Then switches and buttons (guard_poll() only notes buttons), then the real-time
  * requests that senders and buttons have made: they act before another line is read. In the quiet time after
  * an alarm nothing else is done; guard_poll() and realtime_poll() may have begun it, hence two looks. Lines
- * come before motion, so that a move that was just read is published in the same poll. */
+ * come before motion, so that a move that was just read is published in the same poll. A spindle drive is
+ * talked to before the first look at the quiet time, because it must be commanded to stop in it. */
 bool machine_poll(struct machine *machine) {
     bool any = ahead_take_answer(&machine->drive.motion.ahead);
     any |= guard_poll(machine);
+    any |= vfd_spindle_poll(machine);
     if (timer_poll(machine))
         return any;
     reset_tell_way_out(machine);
@@ -144,6 +156,7 @@ bool machine_poll(struct machine *machine) {
     spindle_sync_watch(machine);
     any |= lines_poll(machine);
     outputs_poll(machine);
+    any |= vfd_watch_poll(machine);
     if (machine->life.critical)
         return any;
     any |= host_poll(machine);

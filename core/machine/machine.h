@@ -42,6 +42,10 @@ void machine_switch_timer_isr(struct machine *machine);
 /** Poll again after this many us at the latest, even if nothing happens. @return UINT32_MAX: no need */
 uint32_t machine_wait_us(const struct machine *machine);
 
+/** As machine_wait_us(), but without the looks at a spindle's drive that has confirmed all it was commanded:
+ * they never end. */
+uint32_t machine_event_us(const struct machine *machine);
+
 /** The connection of the sender that commands the text side has ended, in whatever way: a jog is cancelled, a
  * program is held, spindle and coolant stop. Lines of others are read as ever after `~` or a reset. To be
  * called by every target that can see the end of a connection.

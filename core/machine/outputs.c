@@ -6,6 +6,7 @@
 #include "machine/parts.h"
 #include "machine/report.h"
 #include "machine/run_up.h"
+#include "machine/vfd_spindle.h"
 
 static bool spindle_is_on(const struct machine *machine) {
     const struct machine_outputs *outputs = &machine->outputs;
@@ -30,10 +31,15 @@ static void put_spindle(struct machine *machine) {
                                   .duty =
                                       duty_to_register(&machine->drive.prep.timing.pwm, duty_of(&range, rpm)),
                                   .keeps_duty = laser};
+    const int8_t turns = (int8_t)spindle.direction;
     machine->outputs.shown_rpm = rpm;
     laser_apply(machine, on && laser, spindle_factor(machine));
+    if (vfd_spindle_is_chosen(machine)) { /* the board's own outputs stay off */
+        vfd_spindle_command(machine, turns, rpm);
+        spindle = (struct hal_spindle){.duty = machine->drive.prep.timing.pwm.dark};
+    }
     hal_spindle_set(machine->hal, &spindle);
-    run_up_note(machine, spindle.direction, machine->outputs.rpm);
+    run_up_note(machine, turns, machine->outputs.rpm);
 }
 
 float outputs_rpm(const struct machine *machine) {

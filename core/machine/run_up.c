@@ -3,6 +3,7 @@
 #include "machine/run_up.h"
 
 #include "machine/parts.h"
+#include "machine/vfd_spindle.h"
 
 #include <math.h>
 
@@ -44,7 +45,7 @@ void run_up_note(struct machine *machine, int direction, float rpm) {
     run_up->direction = (int8_t)direction;
     run_up->rpm = rpm;
     if (direction == 0)
-        run_up->due = false;
+        run_up->due = switches && vfd_spindle_is_chosen(machine); /* the drive confirms a stop, too */
     else if (switches || changes)
         note_change(machine, switches || needs_delay(run_up, rpm));
 }
@@ -61,13 +62,22 @@ static float asked_rpm(const struct machine *machine) {
     return machine->outputs.shown_rpm * (float)machine->run_up.direction;
 }
 
+/* Of the encoder, because it is at the spindle; of the drive, where there is none. */
 static float measured_rpm(const struct machine *machine) {
+    float rpm;
+    if (!machine->interp.gcode.ports.encoder && vfd_spindle_measured_rpm(machine, &rpm))
+        return rpm;
     return spindle_rev_s(&machine->drive.motion.emit.spindle, hal_time_us(machine->hal)) * 60.0f;
 }
 
+bool run_up_measured_rpm(const struct machine *machine, float *rpm) {
+    *rpm = measured_rpm(machine);
+    return machine->interp.gcode.ports.encoder || vfd_spindle_measured_rpm(machine, rpm);
+}
+
 static bool checks_speed(const struct machine *machine) {
-    return machine->settings.at_speed_pct > 0 && machine->interp.gcode.ports.encoder &&
-           asked_rpm(machine) != 0.0f;
+    return machine->settings.at_speed_pct > 0 && asked_rpm(machine) != 0.0f &&
+           (machine->interp.gcode.ports.encoder || vfd_spindle_can_measure(machine));
 }
 
 static bool is_near(const struct machine *machine) {
@@ -77,13 +87,20 @@ static bool is_near(const struct machine *machine) {
 
 uint32_t run_up_due_us(const struct machine *machine, bool *checks) {
     const struct machine_run_up *run_up = &machine->run_up;
-    *checks = run_up->due && checks_speed(machine);
+    *checks = run_up->due && (checks_speed(machine) || vfd_spindle_is_chosen(machine));
     return run_up->due ? left_us(machine, &run_up->turns) : 0;
 }
 
-enum run_up_state run_up_look(const struct machine *machine, uint32_t left) {
+/* A drive has confirmed its command; and where the speed is measured, it is steady. */
+static bool is_ready(const struct machine *machine) {
     const struct machine_run_up *run_up = &machine->run_up;
-    if (left <= RUN_UP_PATIENCE_US && run_up->near.on && !timer_runs(machine, &run_up->near))
+    if (vfd_spindle_is_chosen(machine) && !vfd_spindle_is_confirmed(machine))
+        return false;
+    return !checks_speed(machine) || (run_up->near.on && !timer_runs(machine, &run_up->near));
+}
+
+enum run_up_state run_up_look(const struct machine *machine, uint32_t left) {
+    if (left <= RUN_UP_PATIENCE_US && is_ready(machine))
         return RUN_UP_DONE;
     return left > 0 ? RUN_UP_WAITS : RUN_UP_MISSED;
 }
@@ -99,7 +116,7 @@ void run_up_report_miss(struct machine *machine) {
 void run_up_return(struct machine *machine, uint32_t least_us) {
     struct machine_run_up *run_up = &machine->run_up;
     uint32_t us = run_up_due_us(machine, &run_up->checks);
-    if (run_up->due && !run_up->checks && machine->settings.spindle_on_delay_s <= 0.0f)
+    if (run_up->due && !checks_speed(machine) && machine->settings.spindle_on_delay_s <= 0.0f)
         us = least_us;
     timer_start(machine, &run_up->wait, us + (run_up->checks ? RUN_UP_PATIENCE_US : 0));
 }

@@ -57,6 +57,9 @@ enum run_up_state run_up_look(const struct machine *machine, uint32_t left_us);
 /** RUN_UP_MISSED, in numbers; ALARM_SPINDLE follows. */
 void run_up_report_miss(struct machine *machine);
 
+/** Speed of the spindle, signed. @return false: nothing measures it */
+bool run_up_measured_rpm(const struct machine *machine, float *rpm);
+
 /** The return waits. @param least_us  where no setting says how long */
 void run_up_return(struct machine *machine, uint32_t least_us);
 

@@ -9,7 +9,11 @@
 #include "machine/parts.h"
 #include "machine/place.h"
 #include "machine/report.h"
+#include "machine/run_up.h"
 #include "machine/state.h"
+#include "machine/vfd_spindle.h"
+
+#include <math.h>
 
 /* Reports from one field to the next, Grbl's. */
 enum { WCO_IDLE = 10, WCO_BUSY = 30, OV_IDLE = 10, OV_BUSY = 20 };
@@ -95,6 +99,28 @@ static void report_overrides(const struct machine *machine, bool all) {
         text_string(out, "M");
 }
 
+/* As grblHAL: the measured speed is the third number. */
+static void report_speeds(const struct machine *machine) {
+    float rpm;
+    text_string(&machine->out, "|FS:");
+    report_rate(machine, machine->drive.step.active ? (double)machine_speed_mm_s(machine) : 0.0);
+    text_string(&machine->out, ",");
+    text_fixed(&machine->out, (double)outputs_rpm(machine), 0);
+    if (!run_up_measured_rpm(machine, &rpm))
+        return;
+    text_string(&machine->out, ",");
+    text_fixed(&machine->out, (double)fabsf(rpm), 0);
+}
+
+/* Current of a drive's motor. */
+static void report_load(const struct machine *machine) {
+    float ampere;
+    if (!vfd_spindle_ampere(machine, &ampere))
+        return;
+    text_string(&machine->out, "|Amp:");
+    text_fixed(&machine->out, (double)ampere, 1);
+}
+
 /* As grblHAL: 1, or 0 and a mask of the axes that are. */
 static void report_homed(struct machine *machine) {
     bool all = axes_not_homed(machine) == 0;
@@ -136,10 +162,8 @@ void status_report(struct machine *machine, bool all) {
     report_position(machine, offset_mm);
     report_buffers(machine);
     report_line(machine);
-    text_string(out, "|FS:");
-    report_rate(machine, machine->drive.step.active ? (double)machine_speed_mm_s(machine) : 0.0);
-    text_string(out, ",");
-    text_fixed(out, (double)outputs_rpm(machine), 0);
+    report_speeds(machine);
+    report_load(machine);
     report_pins(machine);
     report_now_and_then(machine, offset_mm, all);
     text_string(out, ">\r\n");

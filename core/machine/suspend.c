@@ -40,6 +40,15 @@ void suspend_hold(struct machine *machine) {
         motion_hold(&machine->drive.motion);
 }
 
+void suspend_force_hold(struct machine *machine) {
+    suspend_hold(machine);
+    if (!machine->suspend.hold_waits || spindle_sync_defers(machine))
+        return;
+    machine->suspend.hold_waits = false;
+    if (state_go(machine, EVENT_HOLD))
+        motion_hold(&machine->drive.motion);
+}
+
 void suspend_release(struct machine *machine) {
     if (!machine->suspend.hold_waits || (machine->interp.gcode.modal.overrides & OVERRIDE_HOLD) == 0)
         return;

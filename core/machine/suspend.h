@@ -56,6 +56,9 @@ void suspend_enable(struct machine *machine, uint8_t overrides);
 /** As `!`. */
 void suspend_hold(struct machine *machine);
 
+/** As `!`, also while M53 P0 is in force; only a thread that is being cut is finished first. */
+void suspend_force_hold(struct machine *machine);
+
 /** `~` or the start button. */
 void suspend_end(struct machine *machine);
 

@@ -5,13 +5,14 @@
 #include "machine/parts.h"
 #include "machine/pump.h"
 #include "machine/report.h"
+#include "machine/vfd_spindle.h"
 
 #include <math.h>
 #include <stddef.h>
 
 /* Settings that need a pin. Stored ones may come from another board (wiring_fit()). */
-static const uint8_t needs_wiring[] = {SETTING_LASER_MODE, SETTING_TORQUE_MASK, SETTING_SERVO_AXIS,
-                                       SETTING_ENCODER_COUNTS, SETTING_CHARGE_PUMP_HZ};
+static const uint16_t needs_wiring[] = {SETTING_LASER_MODE,     SETTING_TORQUE_MASK,    SETTING_SERVO_AXIS,
+                                        SETTING_ENCODER_COUNTS, SETTING_CHARGE_PUMP_HZ, SETTING_SPINDLE_TYPE};
 
 static bool has(const struct machine *machine, enum board_output output) {
     return (machine->board.outputs & output) != 0;
@@ -25,9 +26,10 @@ static uint8_t missing_coolant(const struct machine *machine) {
 void wiring_apply(struct machine *machine) {
     const struct settings *settings = &machine->settings;
     struct gcode_ports *ports = &machine->interp.gcode.ports;
-    ports->no_spindle = !has(machine, BOARD_OUTPUT_SPINDLE);
+    const bool bus = vfd_spindle_is_chosen(machine); /* a drive does both */
+    ports->no_spindle = !has(machine, BOARD_OUTPUT_SPINDLE) && !bus;
     ports->no_reverse =
-        !has(machine, BOARD_OUTPUT_REVERSE) && !settings->laser_mode; /* M4 is a kind of power */
+        !has(machine, BOARD_OUTPUT_REVERSE) && !settings->laser_mode && !bus; /* M4 is a kind of power */
     ports->no_coolant = missing_coolant(machine);
     ports->coolant_passes = settings->coolant_passes;
 }
@@ -49,6 +51,12 @@ static enum status check_second(const struct machine *machine, unsigned axis, do
 
 static bool is_second_motor(uint16_t number) {
     return number >= SETTING_SECOND_MOTOR && number < (uint16_t)SETTING_SECOND_MOTOR + (uint16_t)AXIS_COUNT;
+}
+
+static enum status check_spindle(const struct machine *machine, double number) {
+    if (machine->board.vfd == NULL)
+        return STATUS_NO_SPINDLE_BUS;
+    return number < (double)VFD_MODEL_COUNT + 1.0 ? STATUS_OK : STATUS_UNKNOWN_VFD;
 }
 
 static enum status check_pump(const struct hal_pump *pump, double hz) {
@@ -75,6 +83,8 @@ enum status wiring_check(const struct machine *machine, uint16_t number, double 
         return board->encoder != NULL ? STATUS_OK : STATUS_NO_ENCODER;
     case SETTING_CHARGE_PUMP_HZ:
         return check_pump(board->pump, value);
+    case SETTING_SPINDLE_TYPE:
+        return check_spindle(machine, value);
     default:
         return STATUS_OK;
     }
@@ -118,7 +128,7 @@ void wiring_take_axes(struct machine *machine) {
 
 void wiring_fit(struct machine *machine) {
     const uint8_t axes = machine->board.axis_count;
-    for (size_t i = 0; i < sizeof needs_wiring; i++) {
+    for (size_t i = 0; i < sizeof needs_wiring / sizeof needs_wiring[0]; i++) {
         double value;
         uint8_t decimals;
         uint16_t number = needs_wiring[i];

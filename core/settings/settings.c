@@ -104,6 +104,11 @@ static enum status pwm_check(const struct settings *settings) {
     return apart ? STATUS_OK : STATUS_PWM_RANGE;
 }
 
+/* A drive has no beam. */
+static enum status spindle_check(const struct settings *settings) {
+    return settings->laser_mode && settings->spindle_type != 0 ? STATUS_VFD_LASER : STATUS_OK;
+}
+
 /* More duty burns more. */
 static enum status curve_check(const struct settings *settings) {
     const bool ascends = settings->laser_curve_20_pct < settings->laser_curve_40_pct &&
@@ -134,6 +139,9 @@ enum status settings_set(struct settings *settings, uint16_t number, double valu
     enum status rule = pwm_check(&next);
     if (rule == STATUS_OK) {
         rule = curve_check(&next);
+    }
+    if (rule == STATUS_OK) {
+        rule = spindle_check(&next);
     }
     if (rule != STATUS_OK) {
         return rule;

@@ -166,7 +166,7 @@ struct settings {
     uint8_t one_switch_mask;
     /** $210..$215 0..6: Second motor: driver of Y=2 Z=3 A=4 B=5 C=6, gone as an axis; 0 = as the board. */
     uint8_t second_motor[AXIS_COUNT];
-    /** $340 [%] 0..50: With a spindle encoder ($88), the program waits until S is within this; 0 = off. */
+    /** $340 [%] 0..50: With an encoder or drive, the program waits until S is within this; 0 = off. */
     uint8_t at_speed_pct;
     /** $341 0..4: M6: 0 pauses, 1 lifts Z, 2 also goes to G59.3, 3 measures there at ~, 4 notes T only. */
     uint8_t tool_change;
@@ -180,10 +180,42 @@ struct settings {
     float tool_pull_off_mm_min;
     /** $346: After M6 the tool returns to where it was; off: it stays up, above where X and Y are. */
     bool tool_restore;
+    /** $374 0..6: Baud rate: 0 2400, 1 4800, 2 9600, 3 19200, 4 38400, 5 115200, 6 = of the model. */
+    uint8_t vfd_baud;
+    /** $375 [ms] 50..250: The drive's answer must begin within this time. */
+    uint8_t vfd_timeout_ms;
     /** $394 [s] 0..60: The program waits this long after the spindle starts, or S changes by over 10 %. */
     float spindle_on_delay_s;
+    /** $395 0..9: Spindle: 0 = the board's outputs; a drive on RS-485: its number in docs/spindles.md. */
+    uint8_t spindle_type;
+    /** $460 1..247: Modbus address of the drive. */
+    uint8_t vfd_address;
+    /** $461 [rpm] 1..3600: Speed of the motor in rpm at 1 Hz: 60 for 2 poles, 30 for 4 poles. */
+    uint16_t vfd_rpm_per_hz;
+    /** $462 0..65535: Drive by own registers ($395=1): register of the run command. */
+    uint16_t vfd_run_register;
+    /** $463 0..65535: Own registers: register of the speed to be set. */
+    uint16_t vfd_set_register;
+    /** $464 0..65535: Own registers: register of the real speed; 65535 = it has no such register. */
+    uint16_t vfd_read_register;
+    /** $465 0..65535: Own registers: run command, clockwise. */
+    uint16_t vfd_clockwise;
+    /** $466 0..65535: Own registers: run command, counter-clockwise. */
+    uint16_t vfd_counter_clockwise;
+    /** $467 0..65535: Own registers: run command, stop. */
+    uint16_t vfd_stop;
+    /** $468 0.001..1000000: Own registers: value = S times this, divided by $469. */
+    float vfd_set_multiplier;
+    /** $469 0.001..1000000: Own registers: see $468. */
+    float vfd_set_divider;
+    /** $470 0.001..1000000: Own registers: real speed = value times this, divided by $471. */
+    float vfd_read_multiplier;
+    /** $471 0.001..1000000: Own registers: see $470. */
+    float vfd_read_divider;
     /** $539 [s] 0..60: The program waits this long after the spindle stops, and before it is reversed. */
     float spindle_off_delay_s;
+    /** $681 0..3: Parity of the drive: 0 none, 1 even, 2 odd; 3 = the model's. */
+    uint8_t vfd_parity;
 };
 
 /** $N of each setting. A per-axis one is X's, the others follow: SETTING_MAX_RATE_MM_MIN + axis. */
@@ -272,8 +304,24 @@ enum setting_number {
     SETTING_TOOL_SEEK_MM_MIN = 344,
     SETTING_TOOL_PULL_OFF_MM_MIN = 345,
     SETTING_TOOL_RESTORE = 346,
+    SETTING_VFD_BAUD = 374,
+    SETTING_VFD_TIMEOUT_MS = 375,
     SETTING_SPINDLE_ON_DELAY_S = 394,
+    SETTING_SPINDLE_TYPE = 395,
+    SETTING_VFD_ADDRESS = 460,
+    SETTING_VFD_RPM_PER_HZ = 461,
+    SETTING_VFD_RUN_REGISTER = 462,
+    SETTING_VFD_SET_REGISTER = 463,
+    SETTING_VFD_READ_REGISTER = 464,
+    SETTING_VFD_CLOCKWISE = 465,
+    SETTING_VFD_COUNTER_CLOCKWISE = 466,
+    SETTING_VFD_STOP = 467,
+    SETTING_VFD_SET_MULTIPLIER = 468,
+    SETTING_VFD_SET_DIVIDER = 469,
+    SETTING_VFD_READ_MULTIPLIER = 470,
+    SETTING_VFD_READ_DIVIDER = 471,
     SETTING_SPINDLE_OFF_DELAY_S = 539,
+    SETTING_VFD_PARITY = 681,
 };
 
 /** What follows from a setting: the column `affects`. */
@@ -291,9 +339,9 @@ enum setting_effect {
 };
 
 /** Rows of the table (a per-axis row stands for six settings), and settings in all on six axes. */
-enum { SETTINGS_ROW_COUNT = 86, SETTINGS_COUNT = 131 };
+enum { SETTINGS_ROW_COUNT = 102, SETTINGS_COUNT = 147 };
 
 /** The greatest N of $N. */
-enum { SETTINGS_NUMBER_MAX = 539 };
+enum { SETTINGS_NUMBER_MAX = 681 };
 
 #endif

@@ -60,7 +60,7 @@ enum store_result store_load(const struct store *store, uint8_t key, uint8_t ver
 /** Values that are stored together: after a power cut all of them are there, or none. */
 enum {
     STORE_BATCH_VALUES = 6,
-    STORE_OTHERS_ROOM = 1280, /* images of the machine's other values */
+    STORE_OTHERS_ROOM = 1192, /* images of the machine's other values */
     STORE_BATCH_SIZE = STORE_HEAD_SIZE + STORE_SETTINGS_SIZE + STORE_OTHERS_ROOM
 };
 struct store_batch {

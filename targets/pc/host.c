@@ -122,6 +122,8 @@ struct host *host_open_stored(const struct host_board *board, const struct hal_s
         .encoder = board->encoder != 0 ? &host_encoder : NULL,
         .pump = board->pump_hz > 0 ? &host->hal.pump : NULL,
         .servo = (board->missing_outputs & BOARD_OUTPUT_SERVO) == 0 ? &host_servo : NULL,
+        .bus = board->spindle_bus != 0 ? &host_bus : NULL,
+        .vfd = board->spindle_bus != 0 ? &host->vfd : NULL,
         .analog = board->analog != 0 ? &host_analog : NULL,
         .ganged = &host->hal.ganged,
         .store = store,
@@ -278,9 +280,10 @@ static void run_events(struct host *host, uint64_t *budget, uint64_t until_ticks
     } while (--*budget != 0 && step->active);
 }
 
-/* When the controller wants to be polled although nothing happens, or UINT64_MAX. */
-static uint64_t wake_ticks(const struct host *host) {
-    uint64_t us = machine_wait_us(&host->machine);
+/* When the controller wants to be polled although nothing happens, or UINT64_MAX. @param waits  also looks
+ * at a spindle's drive */
+static uint64_t wake_ticks(const struct host *host, bool waits) {
+    uint64_t us = waits ? machine_wait_us(&host->machine) : machine_event_us(&host->machine);
     if (us == UINT32_MAX)
         return UINT64_MAX;
     return host->hal.step.now_ticks + ticks_of_us(host, us) + 1;
@@ -339,10 +342,11 @@ static bool look(struct host *host, bool *any) {
     return looks;
 }
 
-/* When something happens by itself at rest, or UINT64_MAX. */
-static uint64_t next_cause_ticks(struct host *host) {
-    uint64_t next = earlier(host_next_edge_ticks(host), wake_ticks(host));
+/* When something happens by itself at rest, or UINT64_MAX. @param waits  as of wake_ticks() */
+static uint64_t next_cause_ticks(struct host *host, bool waits) {
+    uint64_t next = earlier(host_next_edge_ticks(host), wake_ticks(host, waits));
     next = earlier(next, outputs_next_ticks(&host->hal, false));
+    next = earlier(next, host_bus_next_ticks(&host->hal));
     if (host->waiting_count > 0)
         next = earlier(next, tasks_stalled_until(&host->tasks, HOST_READER, host->hal.step.now_ticks));
     return next;
@@ -351,7 +355,7 @@ static uint64_t next_cause_ticks(struct host *host) {
 /* At rest time goes to the next thing that happens, or to a task's next look. @return false: nothing does */
 static bool skip_rest(struct host *host, uint64_t until_ticks, bool waits) {
     struct hal_step *hal = &host->hal.step;
-    uint64_t cause = next_cause_ticks(host);
+    uint64_t cause = next_cause_ticks(host, waits);
     uint64_t next = earlier(cause, tasks_next_ticks(&host->tasks, false, hal->now_ticks));
     if (next == UINT64_MAX && !waits)
         return false;
@@ -463,7 +467,7 @@ uint64_t host_next_ticks(struct host *host) {
     uint64_t now = host->hal.step.now_ticks;
     if (host->machine.drive.step.active)
         return now;
-    return earlier(next_cause_ticks(host), tasks_next_ticks(tasks, false, now));
+    return earlier(next_cause_ticks(host, true), tasks_next_ticks(tasks, false, now));
 }
 
 uint64_t host_time_ticks(const struct host *host) {

@@ -49,6 +49,7 @@ struct host_board {
     uint8_t toolsetter;        /* 1: a second probe input */
     uint16_t switchless; /* motors without a limit (of home_axes: a home switch): bit n = the first one of
                           * axis n, bit AXIS_COUNT + n = its second one */
+    uint8_t spindle_bus; /* 1: RS-485 for a spindle drive */
     const struct device_board *device;                      /* is copied; NULL: no pins */
     uint16_t pump_hz;                                       /* what $73 starts at; 0: no charge pump */
     uint32_t pump_clock_hz, pump_ticks_min, pump_ticks_max; /* of its timer */

@@ -6,7 +6,9 @@
 #include "hal/hal.h"
 #include "hal/hal_step.h"
 #include "host.h"
+#include "host_bus.h"
 #include "machine/parts.h"
+#include "machine/vfd_spindle.h"
 #include "output_log.h"
 #include "tasks.h"
 #include "virtual.h"
@@ -25,6 +27,7 @@ struct hal {
         outputs_due_ticks; /* 0: the pins follow immediately; when they follow next */
     struct hal_ganged ganged;
     struct hal_pump pump;
+    struct host_bus bus;
     uint16_t switchless;             /* as in struct host_board */
     const struct settings *settings; /* $88: counts of the encoder, unless hands say otherwise */
     uint64_t switch_ticks;           /* when the switch timer's time is over; UINT64_MAX: it rests */
@@ -44,6 +47,7 @@ struct host {
     struct machine machine;
     struct host_observer observer;
     struct hal hal;
+    struct machine_vfd vfd;
     struct trace trace;
     struct tasks tasks;
     char waiting[WAITING_SIZE]; /* bytes that arrived while the reader was stalled */

@@ -9,8 +9,8 @@
  *
  * Options, each with a value but --io-module: --timer-hz --step-pulse-ns --dir-setup-ns --max-step-rate-hz
  * --axes --ganged --switchless --home-axes --missing-outputs --speed (0: as fast as it can) --host --port
- * --wmc3 --control --pty --store --set; and --parent: end when stdin does. The access key of network clients
- * is in WIFICNC_KEY, because arguments can be read by everyone. */
+ * --wmc3 --control --pty --spindle-bus --bus-port --store --set; and --parent: end when stdin does. The
+ * access key of network clients is in WIFICNC_KEY, because arguments can be read by everyone. */
 #include "host_device.h"
 #include "port.h"
 #include "serve.h"
@@ -51,10 +51,11 @@ static void say_client(void *ctx, const char *what, const char *who) {
 }
 
 static int say_failure(const struct serve_failure *failure) {
-    static const char *const stages[] = {
-        [SERVE_MEMORY] = "memory",   [SERVE_BOARD] = "board", [SERVE_STORE] = "store",
-        [SERVE_SETTING] = "setting", [SERVE_HANDS] = "hands", [SERVE_TCP] = "tcp",
-        [SERVE_CONTROL] = "control", [SERVE_PTY] = "pty",     [SERVE_WIRE] = "wmc3"};
+    static const char *const stages[] = {[SERVE_MEMORY] = "memory",   [SERVE_BOARD] = "board",
+                                         [SERVE_STORE] = "store",     [SERVE_SETTING] = "setting",
+                                         [SERVE_HANDS] = "hands",     [SERVE_TCP] = "tcp",
+                                         [SERVE_CONTROL] = "control", [SERVE_PTY] = "pty",
+                                         [SERVE_WIRE] = "wmc3",       [SERVE_BUS] = "bus"};
     const char *text = failure->detail != NULL ? failure->detail : port_error_text(failure->error);
     say("failed\t%s\t%d\t%s\n", stages[failure->stage], failure->error, text);
     return 1;
@@ -97,6 +98,8 @@ static bool take_parts(struct host_board *board, const char *name, const char *v
         board->device = &device;
         return host_device_parse(value, &device);
     }
+    if (strcmp(name, "--spindle-bus") == 0)
+        return read_count(value, &board->spindle_bus);
     if (strcmp(name, "--pump-hz") == 0)
         return read_short(value, &board->pump_hz);
     if (strcmp(name, "--pump-clock-hz") == 0)
@@ -182,6 +185,8 @@ static bool take_option(struct serve_options *options, struct lines *lines, cons
         options->control_port = value;
     } else if (strcmp(name, "--pty") == 0) {
         options->pty_link = value;
+    } else if (strcmp(name, "--bus-port") == 0) {
+        options->spindle_bus = value;
     } else if (strcmp(name, "--store") == 0) {
         options->store = value;
     } else if (strcmp(name, "--speed") == 0) {
@@ -192,7 +197,8 @@ static bool take_option(struct serve_options *options, struct lines *lines, cons
     } else if (strcmp(name, "--hands") == 0) {
         return add_line(lines->hands, value);
     } else {
-        return strncmp(name, "--device", 8) == 0 || strncmp(name, "--pump", 6) == 0
+        return strncmp(name, "--device", 8) == 0 || strncmp(name, "--pump", 6) == 0 ||
+                       strcmp(name, "--spindle-bus") == 0
                    ? take_parts(&options->board, name, value)
                    : take_board(&options->board, name, value);
     }

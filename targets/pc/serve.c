@@ -2,6 +2,7 @@
 #include "serve.h"
 
 #include "hands.h"
+#include "host_bus.h"
 #include "host_store.h"
 
 #include "machine/guard.h"
@@ -13,6 +14,7 @@
 #include "serve_claim.h"
 #include "serve_clock.h"
 #include "serve_control.h"
+#include "serve_serial.h"
 #include "serve_wire.h"
 #include "store_memory.h"
 
@@ -67,6 +69,7 @@ struct serve {
     const char *store; /* that file; NULL: none */
     struct serve_control control;
     struct serve_wire wire;
+    int bus; /* serial port of the spindle's drive; -1: none */
     bool has_pty;
     struct net_pty pty;
     uint64_t asked_ns; /* when observers' requests were last passed on */
@@ -200,6 +203,20 @@ static bool open_doors(struct serve *serve, const struct serve_options *options,
     return true;
 }
 
+static bool open_bus(struct serve *serve, const char *path, struct serve_failure *failure) {
+    static const struct host_bus_line line = {
+        .configure = serve_serial_configure, .write = serve_serial_write, .read = serve_serial_read};
+    if (path == NULL)
+        return true;
+    failure->stage = SERVE_BUS;
+    failure->detail = serve_serial_missing;
+    serve->bus = serve_serial_open(path, &failure->error);
+    if (serve->bus < 0)
+        return false;
+    failure->error = serve_serial_bad_format;
+    return host_bus_use(serve->host, &line, serve->bus);
+}
+
 static bool claim_store(struct serve *serve, const char *path, struct serve_failure *failure) {
     if (path == NULL)
         return true;
@@ -293,7 +310,7 @@ struct serve *serve_create(const struct serve_options *options, struct serve_fai
     serve->events = options->events;
     serve->full_speed = !(options->speed > 0.0);
     memcpy(serve->stop_fd, options->stop_fd, sizeof serve->stop_fd);
-    serve->listener = serve->control.listener = serve->claim = -1;
+    serve->listener = serve->control.listener = serve->claim = serve->bus = -1;
     net_hub_init(&serve->hub, &sizes, &ops, serve);
     serve->store = options->store;
     serve->hub.access = &serve->access;
@@ -303,8 +320,8 @@ struct serve *serve_create(const struct serve_options *options, struct serve_fai
         init_access(&serve->access, options->key, options->store);
         serve->host = make_host(serve, options, failure);
     }
-    if (serve->host == NULL || !use_hands(serve->host, options->hands, failure) ||
-        !open_doors(serve, options, failure)) {
+    if (serve->host == NULL || !open_bus(serve, options->spindle_bus, failure) ||
+        !use_hands(serve->host, options->hands, failure) || !open_doors(serve, options, failure)) {
         serve_destroy(serve);
         return NULL;
     }
@@ -327,6 +344,8 @@ void serve_destroy(struct serve *serve) {
     if (serve->has_pty)
         net_pty_close(&serve->pty);
     host_destroy(serve->host);
+    if (serve->bus >= 0)
+        serve_serial_close(serve->bus);
     serve_release(serve->claim);
     free(serve);
 }

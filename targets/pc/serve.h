@@ -31,8 +31,10 @@ struct serve_options {
     const char *key;   /* of network clients, by any protocol; "": access is open */
     const char *store; /* file that keeps settings; NULL: nothing is kept */
     const char *const *settings; /* lines like $110=5000, NULL-terminated; or NULL */
-    const char *const *hands;    /* lines of hands.h after the settings, NULL-terminated; or NULL */
-    int stop_fd[2];              /* readable, or at its end: stop; -1: none */
+    const char
+        *spindle_bus; /* serial port of a spindle drive; NULL: the virtual machine has one. Needs speed 1 */
+    const char *const *hands; /* lines of hands.h after the settings, NULL-terminated; or NULL */
+    int stop_fd[2];           /* readable, or at its end: stop; -1: none */
     struct serve_events events;
 };
 
@@ -46,7 +48,8 @@ enum serve_stage {
     SERVE_TCP,
     SERVE_CONTROL,
     SERVE_PTY,
-    SERVE_WIRE
+    SERVE_WIRE,
+    SERVE_BUS
 };
 
 struct serve_failure {

@@ -122,7 +122,9 @@ void virtual_command(struct virtual_machine *machine, const struct virtual_outpu
                      uint64_t now_ticks, uint32_t timer_hz) {
     machine->outputs = *outputs;
     vspindle_note(&machine->spindle, now_ticks, timer_hz);
-    machine->spindle.told_rpm = (double)outputs->spindle_direction * (double)outputs->spindle_rpm;
+    machine->driven &= outputs->spindle_direction == 0;
+    if (!machine->driven)
+        machine->spindle.told_rpm = (double)outputs->spindle_direction * (double)outputs->spindle_rpm;
 }
 
 int virtual_input_number(const char *name) {

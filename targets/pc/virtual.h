@@ -89,6 +89,9 @@ struct virtual_machine {
     struct virtual_outputs outputs;
     float analog_pct[ANALOG_COUNT]; /* analog inputs */
     struct virtual_spindle spindle;
+    bool driven; /* a drive on the bus turns the spindle, not the pins */
+    int drive_direction;
+    double drive_rpm;
 };
 
 /** Number of an input by name: "limit-min-x" .. "limit-max-c", "limit-x" (= min), "second-min-x" .., "home-x"

@@ -76,7 +76,7 @@ def test_header_compiles_and_says_what_the_board_says(board_id: str, tmp_path: P
     numbers = {signal: board.pins.pin[pin].number for signal, pin in board.pin_names().items()}
     pulls = {"none": 0, "up": 1, "down": 2}
     seen = {row[1].removeprefix("SIGNAL_").lower(): row for row in rows if row[0] in ("out", "in")}
-    buses = {use.signal for use in board.uses() if use.signal.startswith(("eth_", "serial_", "i2so_"))}
+    buses = {use.signal for use in board.uses() if use.signal.startswith(("eth_", "serial_", "i2so_", "bus_"))}
     assert set(seen) == set(numbers) - buses
     for use in board.uses():
         if use.signal in buses:
@@ -152,9 +152,9 @@ def test_second_motors_are_in_the_step_masks() -> None:
 
 def test_home_switches_are_an_axis_mask_and_inputs(tmp_path: Path) -> None:
     text = (find_boards()[0].parent / "host.toml").read_text(encoding="utf-8")
-    text = text.replace('step = "P1"\n', 'step = "P1"\nhome = { pin = "P62", active = "high" }\n')
+    text = text.replace('step = "P1"\n', 'step = "P1"\nhome = { pin = "P46", active = "high" }\n')
     path = tmp_path / "homes.toml"
-    path.write_text(text.replace('step = "P5"\n', 'step = "P5"\nhome = "P63"\n'), encoding="utf-8")
+    path.write_text(text.replace('step = "P5"\n', 'step = "P5"\nhome = "P47"\n'), encoding="utf-8")
     board = load_board(path)
     header = pin_header_text(board)
     assert board.home_axes == 0b100010

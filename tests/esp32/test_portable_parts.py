@@ -39,6 +39,7 @@ PROGRAMS = {
     "policies": ("app/boot_guard.c", "io/status_led.c", "net/link_policy.c", "net/wifi_policy.c"),
     "nvs_store": ("store/nvs_channels.c", "store/nvs_keys.c", "store/nvs_store.c"),
     "serial": ("link/serial_stream.c",),
+    "spindle_bus": ("io/spindle_bus.c",),
     "spindle_pwm": ("hal/spindle_pwm.c",),
     "lines": ("io/lines.c", "io/pin_map.c", "store/nvs_channels.c"),
 }

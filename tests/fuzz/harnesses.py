@@ -24,6 +24,7 @@ LENGTHS = {
     "mdns": 512,
     "improv": 512,
     "ota": 1024,
+    "vfd": 512,
 }
 NAMES = tuple(LENGTHS)
 WITH_MACHINE = ("machine", "wire", "tcp", "module", "component", "interleave")  # in virtual time, for seconds

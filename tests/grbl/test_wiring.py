@@ -17,7 +17,7 @@ from wificnc.board.model import Board
 from wificnc.serve.options import board_numbers
 from wificnc.sim.native import HostBoard
 
-PASSES, NO_PWM, NO_PORT, NO_OUTPUT, NO_TOOLSETTER, NO_ENCODER = 0, 17, 131, 135, 136, 150
+PASSES, NO_PWM, NO_PORT, NO_OUTPUT, NO_TOOLSETTER, NO_ENCODER, NO_BUS = 0, 17, 131, 135, 136, 150, 190
 FLOOD, MIST = "M8: this board has no output for flood coolant", "M7: this board has no output for mist coolant"
 
 
@@ -65,6 +65,8 @@ LINES: list[tuple[str, Needs]] = [
     ("$83=1", lambda b: when(b.output.misc, NO_OUTPUT)),
     ("$83=0", lambda _: PASSES),
     ("$85=1", lambda b: when(b.output.servo, NO_OUTPUT)),
+    ("$395=3", lambda b: when(b.spindle_bus, NO_BUS)),
+    ("$395=0", lambda _: PASSES),
     ("$88=4096", lambda b: when(b.encoder, NO_ENCODER)),
     ("G65P5Q1", lambda b: when(b.input.toolsetter, NO_TOOLSETTER)),
     ("G95", lambda _: NO_ENCODER),  # $88 is 0
@@ -94,6 +96,7 @@ TRIED = {
     "RC servo": "$85=1",
     "tool setter": "G65P5Q1",
     "spindle encoder": "$88=400",
+    "spindle drive on RS-485": "$395=5",
 }
 
 
@@ -108,7 +111,7 @@ def test_the_table_of_boards_is_what_the_controller_answers(board: Board, grbl: 
         said = grbl.send(TRIED[ability.name] + "\n").strip()
         assert (said == "ok") == ability.has(board), ability.name
         assert said == "ok" or re.match(r"error:\d+", ability.without)[0] == said, ability.name
-        grbl.send("M5\n$32=0\n")
+        grbl.send("M5\n$32=0\n$395=0\n")
 
 
 def test_laser_power_needs_no_direction(board: Board, grbl: Grbl) -> None:

@@ -89,6 +89,13 @@ def test_status_report() -> None:
     )  # fmt: skip
 
 
+def test_measured_speed_and_current() -> None:
+    """As grblHAL: the third number of FS."""
+    found = parse("<Run|MPos:0.000,0.000,0.000|FS:800,12000,11950|Amp:3.1>")
+    assert isinstance(found, Status)
+    assert (found.feed, found.speed, found.measured, found.ampere) == (800.0, 12000.0, 11950.0, 3.1)
+
+
 @pytest.mark.parametrize(
     "text",
     ["<>", "<Idle>", "<Idle|MPos:1,x,2>", "<Idle|MPos:0,0,0|Ov:1,2>", "error:", "error:x", "ALARM:", "HTTP/1.1 400"],

@@ -11,8 +11,10 @@ CLR, SET, INV = 4, 8, 12
 SYSKEY, CFGCON, RSWRST, PB2DIV, PB3DIV, WDTCON = 0xBF800030, 0xBF800000, 0xBF801250, 0xBF801310, 0xBF801320, 0xBF800800
 NVMCON, NVMKEY, NVMADDR, NVMDATA = 0xBF800600, 0xBF800610, 0xBF800620, 0xBF800630
 T4CON, TMR4, PR4, OC1CON, OC1R, OC1RS = 0xBF840600, 0xBF840610, 0xBF840620, 0xBF844000, 0xBF844010, 0xBF844020
+U2MODE, U2STA, U2TX, U2BRG = 0xBF822200, 0xBF822210, 0xBF822220, 0xBF822240
 U3MODE, U3STA, U3TX, U3RX, U3BRG = 0xBF822400, 0xBF822410, 0xBF822420, 0xBF822430, 0xBF822440
 IRQ_OC1, IRQ_T4, IRQ_CN_D, IRQ_U3_RX, IRQ_U3_TX = 7, 19, 121, 158, 159
+IRQ_U2_TX = 147
 RPD5R = 0xBF8015D4
 ON = 1 << 15
 SPIN = 0x1000FFFF  # b .
@@ -256,6 +258,59 @@ def test_receive_interrupt_is_persistent(ready: VirtualChip) -> None:
     clear(ready, IRQ_U3_RX)
     ready.run(0.00001)
     assert flag(ready, IRQ_U3_RX) == 0
+
+
+# ---- UART 2, the bus of a spindle drive ----
+
+DE = pin_number("RG7")
+TRIS_G, LAT_G = 0xBF860610, 0xBF860630
+
+
+def start_bus(chip: VirtualChip, parity: int = 0, de: int = 1) -> None:
+    """9600 baud at 50 MHz; DE at this level."""
+    chip.write_register(TRIS_G + CLR, 1 << DE % 16)
+    chip.write_register(LAT_G, de << DE % 16)
+    chip.write_register(U2BRG, 325)
+    chip.write_register(U2STA, 1 << 14 | 1 << 12 | 1 << 10)
+    chip.write_register(U2MODE, ON | parity << 1)
+    chip.bus_driver(DE)
+
+
+@pytest.mark.parametrize(("parity", "bits"), [(0, 10), (1, 11), (2, 11)])
+def test_a_byte_of_the_bus_takes_its_time(ready: VirtualChip, parity: int, bits: int) -> None:
+    """22: 16 (BRG + 1) clocks a bit without BRGH; the interrupt of UTXISEL = 1 comes after the stop bit."""
+    start_bus(ready, parity)
+    begin, cycles = ready.cycles, bits * 16 * 326 * 4
+    ready.write_register(U2TX, ord("a"))
+    clear(ready, IRQ_U2_TX)
+    ready.run_until(begin + cycles - 100)
+    assert ready.bus_read() == b"" and flag(ready, IRQ_U2_TX) == 0
+    ready.run_until(begin + cycles + 100)
+    assert ready.bus_read() == b"a" and flag(ready, IRQ_U2_TX) == 1
+    assert ready.bus_byte_s() == pytest.approx(bits / 9600, rel=0.002)
+
+
+def test_a_byte_that_is_sent_without_de_is_a_fault(ready: VirtualChip) -> None:
+    start_bus(ready, de=0)
+    ready.write_register(U2TX, ord("a"))
+    with pytest.raises(ChipFault, match="while DE is low"):
+        ready.run(0.002)
+
+
+def test_de_that_falls_before_the_stop_bit_is_a_fault(ready: VirtualChip) -> None:
+    start_bus(ready)
+    ready.write_register(U2TX, ord("a"))
+    ready.run(0.0009)
+    ready.write_register(LAT_G, 0)
+    with pytest.raises(ChipFault, match="while DE is low"):
+        ready.run(0.001)
+
+
+def test_an_answer_into_de_is_a_fault(ready: VirtualChip) -> None:
+    start_bus(ready)
+    ready.bus_write(b"a")
+    with pytest.raises(ChipFault, match="while DE is high"):
+        ready.run(0.002)
 
 
 def test_a_ninth_byte_overruns(ready: VirtualChip) -> None:

@@ -14,7 +14,7 @@ from wificnc.build.compiler import locate_compiler
 from wificnc.build.host import HEADERS
 
 MORE = 40
-FIRST = 540
+FIRST = 700
 ROW = """
 [[setting]]
 number = {number}

@@ -9,13 +9,14 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from generate import boards, codes, files, kinds, nvs, page, settings, states, version, wire, words
+from generate import boards, codes, files, kinds, nvs, page, settings, states, version, vfd, wire, words
 
 ROOT = Path(__file__).resolve().parents[2]
 GENERATORS: tuple[Callable[[Path], files.Texts], ...] = (
     version.texts,
     settings.texts,
     kinds.texts,
+    vfd.texts,
     wire.texts,
     boards.texts,
     codes.texts,

@@ -24,8 +24,9 @@ ALLOWED: dict[str, tuple[str, ...]] = {
     "segment": (),
     "step": ("segment", "hal"),
     "hal": (),
+    "spindle": ("hal",),
     "settings": ("gcode/status.h", "hal"),
-    "machine": ("input", "gcode", "motion", "segment", "step", "hal", "settings"),
+    "machine": ("input", "gcode", "motion", "segment", "step", "hal", "settings", "spindle"),
     "session": ("access", "wire", "channels", "device", "machine", "segment", "settings", "gcode/status.h", "hal"),
 }
 

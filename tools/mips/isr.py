@@ -16,7 +16,15 @@ OBJDUMP = "mipsel-linux-gnu-objdump"
 
 # Vectors of startup.S: those of the steps' level, where nothing saves HI and LO, and the others.
 STEP_VECTORS = ("_vector_step", "_vector_pulse_end")
-SAVING_VECTORS = ("_vector_edge", "_vector_switch_timer", "_vector_uart_rx", "_vector_uart_tx", "_vector_tick")
+SAVING_VECTORS = (
+    "_vector_edge",
+    "_vector_switch_timer",
+    "_vector_uart_rx",
+    "_vector_uart_tx",
+    "_vector_bus_rx",
+    "_vector_bus_tx",
+    "_vector_tick",
+)
 
 # What the step interrupt does only when a span ends, or the probe is watched.
 PROBING = "put_probing_event"

@@ -78,6 +78,8 @@ void mz_destroy(struct chip *chip) {
     free(chip->edges);
     free(chip->uart.in);
     free(chip->uart.out);
+    free(chip->bus.in);
+    free(chip->bus.out);
     free(chip->bench.steps);
     free(chip);
 }

@@ -62,6 +62,8 @@ enum {
     IRQ_CORE_TIMER = 0,
     IRQ_OC1 = 7, /* OCn = 2 + 5n, TIMERn = -1 + 5n for n < 6 */
     IRQ_CHANGE = 118,
+    IRQ_U2_RX = 146,
+    IRQ_U2_TX = 147,
     IRQ_U3_RX = 158,
     IRQ_U3_TX = 159,
     IRQ_NVM = 167,
@@ -124,6 +126,7 @@ struct uart {
     uint8_t *out;
     size_t in_count, in_at, in_room, out_count, out_room;
     uint32_t factor;
+    unsigned driver_pin; /* DE of a bus; 255: none */
 };
 
 struct port {
@@ -214,7 +217,7 @@ struct chip {
     uint64_t wdt_at, core_timer_at;
     struct timer timer[TIMERS];
     struct compare compare[COMPARES];
-    struct uart uart;
+    struct uart uart, bus;
     struct port port[PORTS];
     struct nvm nvm;
     struct drive drives[64];
@@ -271,7 +274,7 @@ void uart_create(struct chip *chip);
 void uart_reset(struct chip *chip);
 uint64_t uart_next(const struct chip *chip);
 void uart_event(struct chip *chip);
-uint32_t uart_lines(const struct chip *chip); /* bit 0: rx asks, bit 1: tx asks */
+uint32_t uart_lines(const struct chip *chip); /* bit 0: rx asks, bit 1: tx asks; 2 and 3 of the bus */
 void port_create(struct chip *chip);
 void port_reset(struct chip *chip);
 void port_update(struct chip *chip, unsigned port);

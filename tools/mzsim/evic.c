@@ -38,6 +38,8 @@ static void raise_persistent(struct chip *chip) {
     uint32_t lines = uart_lines(chip);
     chip->ifs[IRQ_U3_RX / 32]->value |= (lines & 1u) << IRQ_U3_RX % 32;
     chip->ifs[IRQ_U3_TX / 32]->value |= (lines >> 1 & 1u) << IRQ_U3_TX % 32;
+    chip->ifs[IRQ_U2_RX / 32]->value |= (lines >> 2 & 1u) << IRQ_U2_RX % 32;
+    chip->ifs[IRQ_U2_TX / 32]->value |= (lines >> 3 & 1u) << IRQ_U2_TX % 32;
     for (unsigned port = 0; port < PORTS; port++)
         if (chip->port[port].cnf->value != 0)
             chip->ifs[(IRQ_CHANGE + port) / 32]->value |= 1u << (IRQ_CHANGE + port) % 32;

@@ -82,6 +82,18 @@ size_t mz_uart_waiting(const struct chip *chip);
 /** What the transmitter has sent. @return bytes copied */
 size_t mz_uart_get(struct chip *chip, uint8_t *bytes, size_t size);
 
+/* ---- UART 2: the bus of a spindle drive ---- */
+
+size_t mz_bus_put(struct chip *chip, const uint8_t *bytes, size_t count);
+size_t mz_bus_get(struct chip *chip, uint8_t *bytes, size_t size);
+
+/** Cycles of a byte at the format that is set. */
+uint32_t mz_bus_byte_cycles(const struct chip *chip);
+
+/** From now on this pin is DE: a byte that is sent while it is low, or arrives while it is high, is a fault.
+ */
+void mz_bus_driver(struct chip *chip, unsigned pin);
+
 /* ---- pins: 16 * port (A = 0) + bit ---- */
 
 /** Drive a pin from outside. @param level  0, 1, or -1: no one does, pulls decide */

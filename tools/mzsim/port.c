@@ -79,8 +79,8 @@ static uint32_t read_port(struct chip *chip, struct sfr *sfr) {
 static void written_rpr(struct chip *chip, struct sfr *sfr, uint32_t before) {
     unsigned pin = sfr->unit;
     struct port *port = &chip->port[pin / 16];
-    bool known =
-        (pin == 14 && sfr->value == 1) || ((pin == 53 || pin == 67) && sfr->value == 12) || sfr->value == 0;
+    bool known = (pin == 14 && sfr->value == 1) || (pin == 30 && sfr->value == 2) ||
+                 ((pin == 53 || pin == 67) && sfr->value == 12) || sfr->value == 0;
     (void)before;
     if (!known)
         chip_fault(chip, "%s = %u is not modelled", sfr->name, (unsigned)sfr->value);
@@ -100,7 +100,7 @@ static struct sfr *add(struct chip *chip, const char *what, unsigned number, uin
 }
 
 void port_create(struct chip *chip) {
-    static const unsigned routed[] = {14, 53, 67};
+    static const unsigned routed[] = {14, 30, 53, 67};
     for (unsigned i = 0; i < PORTS; i++) {
         struct port *port = &chip->port[i];
         port->ansel = add(chip, "ANSEL", i, 0x00, analogue[i]);

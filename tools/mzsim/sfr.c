@@ -25,8 +25,18 @@ void sfr_reset(struct chip *chip) {
     memset(chip->off, 0, sizeof chip->off);
 }
 
+/* Registers without shadows may lie 4 bytes apart: the one that is meant is not the last of its slot. */
+static struct sfr *neighbour(struct chip *chip, struct sfr *sfr, uint32_t physical) {
+    for (unsigned i = 0; i < chip->sfr_count; i++)
+        if (chip->sfr[i].plain && chip->sfr[i].address == (physical & ~3u))
+            return &chip->sfr[i];
+    return sfr;
+}
+
 static struct sfr *find(struct chip *chip, uint32_t physical, const char *what) {
     unsigned slot = chip->slot[(physical - SFR_BASE) / 16];
+    if (slot != 0 && chip->sfr[slot - 1].plain && chip->sfr[slot - 1].address != (physical & ~3u))
+        return neighbour(chip, &chip->sfr[slot - 1], physical);
     if (slot != 0)
         return &chip->sfr[slot - 1];
     chip_fault(chip, "%s the unknown register %08x by the instruction at %08x", what, physical | 0xA0000000u,

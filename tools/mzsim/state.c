@@ -52,19 +52,24 @@ static void restore_flash(struct chip *chip, const uint32_t *flash) {
     }
 }
 
+/* Buffers may have grown meanwhile. */
+static void keep_buffers(struct uart *uart, const struct uart *now) {
+    uart->in = now->in;
+    uart->in_room = now->in_room;
+    uart->in_count = uart->in_at = 0;
+    uart->out = now->out;
+    uart->out_room = now->out_room;
+    uart->out_count = 0;
+}
+
 void mz_restore(struct chip *chip, const struct mz_state *state) {
     struct chip now = *chip;
     *chip = state->chip;
     memcpy(chip->ram, state->ram, RAM_SIZE);
     memcpy(chip->boot, state->boot, BOOT_SIZE);
     restore_flash(chip, state->flash);
-    /* buffers may have grown meanwhile */
-    chip->uart.in = now.uart.in;
-    chip->uart.in_room = now.uart.in_room;
-    chip->uart.in_count = chip->uart.in_at = 0;
-    chip->uart.out = now.uart.out;
-    chip->uart.out_room = now.uart.out_room;
-    chip->uart.out_count = 0;
+    keep_buffers(&chip->uart, &now.uart);
+    keep_buffers(&chip->bus, &now.bus);
     chip->edges = now.edges;
     chip->edge_room = now.edge_room;
     chip->edge_count = 0;

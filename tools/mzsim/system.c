@@ -65,10 +65,11 @@ void system_create(struct chip *chip) {
     chip->rswrst = sfr_add(chip, "RSWRST", 0x1F801250, 0, 1);
     chip->pb2div = sfr_add(chip, "PB2DIV", 0x1F801310, 0x8801, 0x807F);
     chip->pb3div = sfr_add(chip, "PB3DIV", 0x1F801320, 0x8801, 0x807F);
+    struct sfr *u2rxr = sfr_add(chip, "U2RXR", 0x1F801470, 0, 0xF);
     struct sfr *u3rxr = sfr_add(chip, "U3RXR", 0x1F801478, 0, 0xF);
     (void)sfr_add(chip, "PRECON", 0x1F8E0000, 7, 0x37);
     syskey->written = written_syskey;
-    syskey->plain = u3rxr->plain = true;
+    syskey->plain = u2rxr->plain = u3rxr->plain = true;
     chip->wdtcon->written = written_wdtcon;
     chip->rswrst->read = read_rswrst;
     chip->pb2div->read = chip->pb3div->read = read_pbdiv;

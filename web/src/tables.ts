@@ -111,7 +111,8 @@ export type HostField =
   | "encoder"
   | "analog"
   | "home_axes"
-  | "toolsetter";
+  | "toolsetter"
+  | "spindle_bus";
 
 export type RealtimeName = keyof typeof raw.realtime;
 

@@ -19,11 +19,18 @@ describe("parse", () => {
         line: 99999,
         feed: 500,
         speed: 8000,
+        measured: null,
+        ampere: null,
         pins: "XYZPDHRS",
         overrides: [120, 50, 90],
         accessories: "SFM",
       },
     });
+  });
+
+  it("reads the measured speed of a spindle and the current of its drive", () => {
+    const message = parse("<Run|MPos:0.000,0.000,0.000|FS:500,8000,7950|Amp:3.1>");
+    expect(message).toMatchObject({ kind: "status", status: { feed: 500, speed: 8000, measured: 7950, ampere: 3.1 } });
   });
 
   it.each([["ok"], ["error:22"], ["ALARM:1"], ["Grbl 1.1h ['$' for help]"], ["$110=500.000"], ["[MSG:Caution: Unlocked]"]])(

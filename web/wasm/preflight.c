@@ -78,7 +78,7 @@ EXPORT(core_open)
 int core_open(uint32_t timer_hz, uint32_t step_pulse_ns, uint32_t default_pulse_us, uint32_t dir_setup_ns,
               uint32_t max_step_rate_hz, uint32_t axes, uint32_t ganged, uint32_t missing_outputs,
               uint32_t digital_inputs, uint32_t digital_outputs, uint32_t encoder, uint32_t analog,
-              uint32_t home_axes, uint32_t toolsetter) {
+              uint32_t home_axes, uint32_t toolsetter, uint32_t spindle_bus) {
     board = (struct host_board){.timer_hz = timer_hz,
                                 .step_pulse_ns = step_pulse_ns,
                                 .default_pulse_us = (uint8_t)default_pulse_us,
@@ -92,7 +92,8 @@ int core_open(uint32_t timer_hz, uint32_t step_pulse_ns, uint32_t default_pulse_
                                 .encoder = (uint8_t)encoder,
                                 .analog = (uint8_t)analog,
                                 .home_axes = (axis_mask_t)home_axes,
-                                .toolsetter = (uint8_t)toolsetter};
+                                .toolsetter = (uint8_t)toolsetter,
+                                .spindle_bus = (uint8_t)spindle_bus};
     sim_destroy(sim);
     sim = sim_create(&board);
     return sim != NULL ? 0 : -1;

@@ -43,8 +43,9 @@ BUS_SIGNALS = (
     *("eth_mosi", "eth_miso", "eth_sclk", "eth_int", "eth_cs"),
     *("serial_tx", "serial_rx"),
     *("i2so_bck", "i2so_data", "i2so_ws"),
+    *("bus_tx", "bus_rx", "bus_de"),
 )
-BUSES = (Role.ETHERNET, Role.SERIAL, Role.I2SO)
+BUSES = (Role.ETHERNET, Role.SERIAL, Role.I2SO, Role.SPINDLE_BUS)
 
 
 @dataclass(frozen=True)

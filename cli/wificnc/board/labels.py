@@ -32,10 +32,13 @@ _WORDS = {
     "i2so_bck": "shift clock",
     "i2so_data": "shift data",
     "i2so_ws": "shift latch",
+    "bus_tx": "RS-485 TX",
+    "bus_rx": "RS-485 RX",
+    "bus_de": "RS-485 driver enable",
     "led": "status LED",
 }
 SECOND_PULL_OFF = load_settings()["second_pull_off_mm"].number  # of X
-_BUSES = (Role.ETHERNET, Role.SERIAL, Role.I2SO, Role.LED)
+_BUSES = (Role.ETHERNET, Role.SERIAL, Role.I2SO, Role.SPINDLE_BUS, Role.LED)
 
 
 @dataclass(frozen=True)

@@ -191,6 +191,18 @@ class Serial(Strict):
     rx: InputWire
 
 
+class SpindleBus(Strict):
+    """RS-485 for a spindle drive: a UART and a transceiver, with the drive at the other end."""
+
+    uart: str = Field(description="UART of the chip, such as UART2")
+    tx: OutputWire = Field(description="data to the transceiver, DI")
+    rx: InputWire = Field(description="data from the transceiver, RO")
+    de: OutputWire | None = Field(
+        default=None,
+        description="driver enable, DE and RE tied together; left out for a transceiver that switches by itself",
+    )
+
+
 class ShiftRegisters(Strict):
     """A chain of 74HC595 at the I2S peripheral: its outputs are the pins I2SO.0, I2SO.1 and so on."""
 
@@ -244,6 +256,7 @@ class BoardFile(Strict):
     led: Led | None = None
     ethernet: Ethernet | None = None
     serial: Serial | None = None
+    spindle_bus: SpindleBus | None = None
     i2so: ShiftRegisters | None = None
     note: Annotated[tuple[str, ...], LooseTuple] = Field(default=(), description="notes for the user before wiring")
     header: Annotated[tuple[Header, ...], LooseTuple] = ()
@@ -281,6 +294,7 @@ class Role(Enum):
     ETHERNET = "Ethernet"
     SERIAL = "console"
     I2SO = "shift registers"
+    SPINDLE_BUS = "spindle bus"
 
 
 @dataclass(frozen=True)
@@ -417,6 +431,11 @@ class Board(BoardFile):
         return self.pins.spi_hosts[self.ethernet.spi_host] if self.ethernet else 0
 
     @property
+    def spindle_uart_number(self) -> int:
+        """UART of the spindle's drive; 0: no bus, or a virtual one."""
+        return self.pins.spindle_uarts.get(self.spindle_bus.uart, 0) if self.spindle_bus else 0
+
+    @property
     def has_analog(self) -> bool:
         """Analog inputs and outputs of M66 .. M68: no chip's firmware has them, the PC's virtual machine has."""
         return self.target == "host"
@@ -454,6 +473,7 @@ _GROUPS = (
     ("ethernet", "eth", Role.ETHERNET, ("mosi", "miso", "sclk", "int", "cs")),
     ("serial", "serial", Role.SERIAL, ("tx", "rx")),
     ("i2so", "i2so", Role.I2SO, ("bck", "data", "ws")),
+    ("spindle_bus", "bus", Role.SPINDLE_BUS, ("tx", "rx", "de")),
 )
 
 

@@ -225,6 +225,24 @@ def _servo(board: BoardFile, chip: Chip) -> Iterator[Finding]:
         yield Finding("servo", ("output", "servo"), reason, "leave it out")
 
 
+def _spindle_bus(board: BoardFile, chip: Chip) -> Iterator[Finding]:
+    bus = board.spindle_bus
+    if bus is None:
+        return
+    for key, pins in chip.spindle_pins.items():
+        if getattr(bus, key).pin not in pins:
+            reason = f"the firmware of the {chip.name} has this line of the bus at {', '.join(pins)} only"
+            yield Finding("spindle-bus", ("spindle_bus", key), reason, f'{key} = "{pins[0]}"')
+    if bus.uart in chip.spindle_uarts:
+        return
+    if chip.spindle_uarts:
+        reason = f"{chip.name} has no UART {bus.uart!r} to spare"
+        yield Finding("spindle-bus", ("spindle_bus", "uart"), reason, f"one of: {', '.join(chip.spindle_uarts)}")
+    else:
+        reason = f"the firmware of the {chip.name} has no RS-485 bus for a spindle drive"
+        yield Finding("spindle-bus", ("spindle_bus",), reason, "leave it out, and use PWM or a relay")
+
+
 def _charge_pump(board: BoardFile, chip: Chip) -> Iterator[Finding]:
     hz = board.output.charge_pump_hz
     if board.output.charge_pump is None:
@@ -351,6 +369,7 @@ BOARD_RULES: tuple[BoardRule, ...] = (
     _second_switch,
     _second_motor,
     _servo,
+    _spindle_bus,
     _charge_pump,
     _step_engine,
     shift_registers,

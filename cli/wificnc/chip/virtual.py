@@ -138,6 +138,10 @@ _PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "mz_uart_put_unframed": (c_size_t, (_CHIP, c_char_p, c_size_t)),
     "mz_uart_speed": (None, (_CHIP, c_uint32)),
     "mz_uart_waiting": (c_size_t, (_CHIP,)),
+    "mz_bus_put": (c_size_t, (_CHIP, c_char_p, c_size_t)),
+    "mz_bus_get": (c_size_t, (_CHIP, c_char_p, c_size_t)),
+    "mz_bus_byte_cycles": (c_uint32, (_CHIP,)),
+    "mz_bus_driver": (None, (_CHIP, c_uint)),
     "mz_uart_get": (c_size_t, (_CHIP, c_char_p, c_size_t)),
     "mz_pin_drive": (None, (_CHIP, c_uint, c_int)),
     "mz_pin_drive_at": (c_bool, (_CHIP, c_uint64, c_uint, c_int)),
@@ -287,6 +291,25 @@ class VirtualChip:
         while count := self._library.mz_uart_get(self._chip, self._heard, ROOM):
             said += ctypes.string_at(self._heard, count)
         return said
+
+    # ---- the bus of a spindle drive ----
+
+    def bus_driver(self, pin: int) -> None:
+        """This pin is DE: a byte that is sent while it is low, or arrives while it is high, is a fault."""
+        self._library.mz_bus_driver(self._chip, pin)
+
+    def bus_write(self, data: bytes) -> None:
+        """Bytes of the drive."""
+        self._library.mz_bus_put(self._chip, data, len(data))
+
+    def bus_read(self) -> bytes:
+        """What was sent to the drive since the last call."""
+        count = self._library.mz_bus_get(self._chip, self._heard, ROOM)
+        return ctypes.string_at(self._heard, count)
+
+    def bus_byte_s(self) -> float:
+        """How long a byte takes at the format that is set."""
+        return float(self._library.mz_bus_byte_cycles(self._chip)) / CPU_HZ
 
     def serial_speed(self, factor: int) -> None:
         """Both ways so many times faster than the baud rate: no chip can, and some tests want it."""

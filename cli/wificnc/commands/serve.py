@@ -14,6 +14,7 @@ from rich.markup import escape
 
 from wificnc import __version__, ui
 from wificnc.board.load import load_board
+from wificnc.board.model import Board
 from wificnc.chip.serve import ChipServer
 from wificnc.errors import ServeError, UserError
 from wificnc.link.access import KEY_MAX, make_key, normal_key
@@ -48,6 +49,12 @@ NOWHERE = Address("127.0.0.1", 0)  # of the controller, when only the page is to
 )
 @click.option(
     "--pty", type=click.Path(path_type=Path), metavar="LINK", help="Create a serial port of this name, for senders."
+)
+@click.option(
+    "--spindle-bus",
+    type=click.Path(path_type=Path),
+    metavar="PORT",
+    help="Serial port of a spindle drive ($395): docs/spindles.md. Without it the drive is simulated, too.",
 )
 @click.option("--wmc3", metavar="ADDRESS", help="IPv4 address for the binary protocol: docs/protocol.md.")
 @click.option(
@@ -84,6 +91,7 @@ def command(
     http: str | None,
     http_names: tuple[str, ...],
     pty: Path | None,
+    spindle_bus: Path | None,
     wmc3: str | None,
     io_module: bool,
     key: str,
@@ -100,15 +108,14 @@ def command(
     The first client that sends a line is the owner; all others see the answers. `$TAKE` takes control. A board
     with a PIC32MZ runs its real image, in a virtual chip; there all clients are at one serial port.
     """
-    the_board, profile = load_board(board), load_machine(machine) if machine else None
-    check_axes(the_board, profile)
-    page = parse_address(http, "--http", DEFAULT_HTTP_PORT) if http else None
+    the_board, profile = _board_and_machine(board, machine)
     options = ServeOptions(
         board=the_board,
-        tcp=None if io_module else parse_address(tcp) or (NOWHERE if page else None),
-        http=page,
+        tcp=None if io_module else parse_address(tcp) or (NOWHERE if http else None),
+        http=parse_address(http, "--http", DEFAULT_HTTP_PORT) if http else None,
         http_names=tuple(map(parse_host_name, http_names)),
         pty=pty,
+        spindle_bus=spindle_bus,
         wmc3=parse_wmc3(wmc3, parse_speed(speed)) if wmc3 else None,
         io_module=io_module,
         key=key,
@@ -119,6 +126,13 @@ def command(
         store=store,
     )
     _run(_with_key(options, is_open), speed)
+
+
+def _board_and_machine(board: str, machine: str | None) -> tuple[Board, Machine | None]:
+    """Which fit. Raises UserError."""
+    the_board, profile = load_board(board), load_machine(machine) if machine else None
+    check_axes(the_board, profile)
+    return the_board, profile
 
 
 def _is_reachable(options: ServeOptions) -> bool:
@@ -157,6 +171,12 @@ def _check_doors(options: ServeOptions) -> None:
         raise UserError(
             "--io-module is controlled by the binary protocol only", hint="add --wmc3 127.0.0.1; no --http, no --pty"
         )
+    if options.spindle_bus and options.board.spindle_bus is None:
+        raise UserError(f"{options.board.id} has no [spindle_bus] in its board file", hint="--board host has one")
+    if options.spindle_bus and options.board.target == "pic32mz":
+        raise UserError("--spindle-bus is for controllers that run on this computer", hint="--board host")
+    if options.spindle_bus and options.speed != 1.0:
+        raise UserError("--spindle-bus needs real time", hint="--speed 1")
     if options.tcp is None and options.pty is None and options.wmc3 is None:
         raise UserError("no port is configured", hint="--pty LINK, or leave --tcp on")
 

@@ -12,6 +12,7 @@ from wificnc import ui
 from wificnc.commands._target import json_option, position_json, target_option
 from wificnc.link.client import Snapshot, connected
 from wificnc.link.condition import Condition
+from wificnc.link.protocol import Status
 from wificnc.live import STATE_STYLES, place
 
 PINS = {
@@ -70,6 +71,14 @@ def homed_words(now: Snapshot) -> str:
     return f"{' '.join(homed) or 'none'}; not homed: {' '.join(axis for axis in axes if axis not in homed)}"
 
 
+def spindle_words(status: Status) -> str:
+    """ "12000", "12000, measured 11950, 3.1 A"."""
+    words = [f"{status.speed:g}"]
+    words += [] if status.measured is None else [f"measured {status.measured:g}"]
+    words += [] if status.ampere is None else [f"{status.ampere:g} A"]
+    return ", ".join(words)
+
+
 def status_rows(now: Snapshot) -> list[tuple[str, str]]:
     """The fields of the report, in words; nothing for those that it leaves out."""
     status = now.status
@@ -79,7 +88,7 @@ def status_rows(now: Snapshot) -> list[tuple[str, str]]:
     if status.feed is not None:
         rows.append(("feed", f"{status.feed:g}"))
     if status.speed is not None:
-        rows.append(("spindle", f"{status.speed:g}"))
+        rows.append(("spindle", spindle_words(status)))
     if now.overrides:
         feed, rapid, spindle = now.overrides
         rows.append(("overrides", f"feed {feed} %, rapid {rapid} %, spindle {spindle} %"))
@@ -107,6 +116,8 @@ def status_json(target: str, now: Snapshot) -> dict[str, Any]:
         "work_offset": position_json(now.wco),
         "feed": status.feed,
         "spindle": status.speed,
+        "spindle_measured": status.measured,
+        "spindle_ampere": status.ampere,
         "overrides_pct": overrides,
         "accessories": now.accessories,
         "pins": status.pins,

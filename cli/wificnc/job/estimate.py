@@ -19,7 +19,7 @@ from wificnc.sim.native import HostBoard, Simulation
 
 EVENTS_PER_CALL = 20_000  # about a second of the job between two marks
 # The machine's inputs and outputs are not known here: let there be all of them.
-PARTS = {"digital_inputs": 8, "analog": 1, "digital_outputs": 5, "encoder": 1, "toolsetter": 1}
+PARTS = {"digital_inputs": 8, "analog": 1, "digital_outputs": 5, "encoder": 1, "toolsetter": 1, "spindle_bus": 1}
 BOARD = HostBoard(20_000_000, 1000, 500, 200_000, 6, **PARTS)
 FASTEST_HZ = 200_000
 

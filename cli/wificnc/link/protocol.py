@@ -88,6 +88,8 @@ class Status:
     overrides: tuple[int, int, int] | None = None
     accessories: str = ""
     other: tuple[tuple[str, str], ...] = field(default=())
+    measured: float | None = None  # of the spindle, by its encoder or drive
+    ampere: float | None = None  # of a drive's motor
 
 
 Message: TypeAlias = Ok | Error | Alarm | Banner | SettingLine | Bracket | StartupLine | Other | Status
@@ -163,7 +165,10 @@ def _take_field(fields: dict[str, object], key: str, value: str) -> bool:
     elif key == "F":
         fields["feed"] = float(value)
     elif key == "FS":
-        fields["feed"], fields["speed"] = _floats(value)[:2]
+        fields["feed"], fields["speed"], *more = _floats(value)[:3]
+        fields["measured"] = more[0] if more else None
+    elif key == "Amp":
+        fields["ampere"] = float(value)
     elif key == "Pn":
         fields["pins"] = value
     elif key == "Ov":
@@ -212,9 +217,11 @@ def _form_status(status: Status) -> str:
     if status.line is not None:
         parts.append(f"Ln:{status.line}")
     if status.speed is not None:
-        parts.append(f"FS:{status.feed:.0f},{status.speed:.0f}")
+        measured = "" if status.measured is None else f",{status.measured:.0f}"
+        parts.append(f"FS:{status.feed:.0f},{status.speed:.0f}{measured}")
     elif status.feed is not None:
         parts.append(f"F:{status.feed:.0f}")
+    parts += [] if status.ampere is None else [f"Amp:{status.ampere:.1f}"]
     parts += [f"Pn:{status.pins}"] if status.pins else []
     parts += [f"WCO:{numbers(status.wco)}"] if status.wco else []
     parts += ["Ov:" + ",".join(str(percent) for percent in status.overrides)] if status.overrides else []

@@ -95,6 +95,10 @@ ERRORS: dict[int, str] = {
     175: "this tool change ($341) needs the place of the tool setter: store it in G59.3",
     180: "this client is not logged in, and the line had no effect (wificnc login)",
     181: "another client is in control, and the line had no effect: $TAKE takes control",
+    190: "$395: the board has no RS-485 bus for a drive ([spindle_bus]): wificnc boards show",
+    191: "$395: no spindle has this number; docs/spindles.md lists the drives",
+    192: "a laser ($32=1) needs the board's PWM ($395=0); for a drive set $32=0 first",
+    193: "$374, $375, $395, $460 to $471, $681 change only while the spindle is off: M5 first",
 }
 
 ALARMS: dict[int, str] = {
@@ -111,7 +115,8 @@ ALARMS: dict[int, str] = {
     50: "emergency stop; release it, then `wificnc unlock --reset` and home again",
     51: "the spindle did not reach a steady speed or stopped; check it and its encoder ($88), then reset",
     52: "the axes could not follow the spindle; the thread is not finished; reset to continue",
+    53: "the spindle's drive does not answer: check that it is at rest, its power and cable, then reset",
     55: "stored data is damaged; check $$ $# $N, then send $ACK",
 }
 
-NEEDS_RESET = (1, 2, 50, 51, 52)  # only a reset leads on
+NEEDS_RESET = (1, 2, 50, 51, 52, 53)  # only a reset leads on

@@ -62,6 +62,7 @@ class ServeOptions:
     speed: float = 1.0
     settings: tuple[str, ...] = ()
     hands: tuple[str, ...] = ()  # what is done at the virtual machine first, in the words of targets/pc/hands.h
+    spindle_bus: Path | None = None  # serial port of a spindle's drive; None: the virtual machine has one
     store: Path | None = None  # keeps settings, offsets and startup lines
 
 
@@ -133,6 +134,7 @@ def board_numbers(board: Board) -> dict[str, int]:
         "encoder": int(board.encoder is not None),
         "analog": int(board.has_analog),
         "toolsetter": int(board.input.toolsetter is not None),
+        "spindle_bus": int(board.spindle_bus is not None),
         **pump_numbers(board),
     }
 
@@ -184,6 +186,7 @@ def program_arguments(options: ServeOptions) -> list[str]:
         *([("--wmc3", options.wmc3)] if options.wmc3 else []),
         *([("--control", options.control)] if options.control is not None else []),
         *([("--pty", options.pty)] if options.pty else []),
+        *([("--bus-port", options.spindle_bus)] if options.spindle_bus else []),
         *([("--store", options.store)] if options.store else []),
         *(("--set", line) for line in options.settings),
         *(("--hands", line) for line in options.hands),

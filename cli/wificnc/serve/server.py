@@ -128,6 +128,8 @@ def _failure(options: ServeOptions, stage: str, error: int, text: str) -> ServeE
         return _wmc3_failure(options, error, text)
     if stage == "pty":
         return _pty_failure(options, error, text)
+    if stage == "bus":
+        return ServeError(f"--spindle-bus {options.spindle_bus}: {text}", hint="a serial port, such as /dev/ttyUSB0")
     if stage == "setting":
         said = f"error:{error} {status_text(error)}" if error > 0 else "no answer"
         return ServeError(f"the controller refuses {text}: {said}")

@@ -69,6 +69,7 @@ class Timing:
     laser_marks: int = 0  # changes of a laser's S in it; 0: the same
     toolsetter: bool = False  # a second probe input
     switchless: int = 0  # motors without a switch: bit n = the first one of axis n, bit 6 + n = its second one
+    spindle_bus: bool = False  # RS-485 for a spindle drive
 
 
 @dataclass(frozen=True)

@@ -77,6 +77,7 @@ class HostBoard(Structure):
         ("laser_marks", c_uint16),
         ("toolsetter", c_uint8),
         ("switchless", c_uint16),
+        ("spindle_bus", c_uint8),
         ("device", POINTER(DeviceBoard)),
         ("pump_hz", c_uint16),
         ("pump_clock_hz", c_uint32),

@@ -143,6 +143,7 @@ def board_timing(board: Board) -> Timing:
         laser_marks=board.laser_marks,
         toolsetter=board.input.toolsetter is not None,
         switchless=board.switchless,
+        spindle_bus=board.spindle_bus is not None,
     )
 
 

@@ -95,6 +95,12 @@ void board_encoder(const struct pin_map *map, struct encoder_wire wire[ENCODER_L
     }
 }
 
+bool board_spindle_bus(struct spindle_bus_wire *wire) {
+    *wire = (struct spindle_bus_wire){
+        .uart = BOARD_SPINDLE_UART, .tx = PIN_BUS_TX, .rx = PIN_BUS_RX, .de = PIN_BUS_DE};
+    return BOARD_HAS_SPINDLE_BUS != 0;
+}
+
 struct machine_board board_machine(const struct pin_map *map) {
     const uint8_t inputs =
         BOARD_MISC_IN_COUNT < DIGITAL_INPUT_COUNT ? BOARD_MISC_IN_COUNT : DIGITAL_INPUT_COUNT;

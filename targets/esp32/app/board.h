@@ -9,6 +9,7 @@
 #include "io/inputs.h"
 #include "io/outputs.h"
 #include "io/pin_map.h"
+#include "io/spindle_bus.h"
 #include "machine/machine.h"
 
 /** Which axes have a second motor. */
@@ -21,6 +22,9 @@ void board_outputs(const struct pin_map *map, struct output_wire wire[SWITCH_COU
 
 /** Lines of the spindle's encoder. */
 void board_encoder(const struct pin_map *map, struct encoder_wire wire[ENCODER_LINES]);
+
+/** RS-485 for a spindle drive. @return false: the board has none */
+bool board_spindle_bus(struct spindle_bus_wire *wire);
 
 /** Without store, encoder, second motors and motion side. */
 struct machine_board board_machine(const struct pin_map *map);

@@ -21,12 +21,14 @@ struct firmware {
     struct controller controller;
     struct services services;
     struct nvs_store store;
-    struct follow follow;
     struct pin_map pins;
     struct step_engine_board step_pins;
     struct lines lines;
     struct channels channels;
-    struct io_module io_module;   /* when this board is one */
+    union {                         /* each has a copy of all settings */
+        struct follow follow;       /* of a controller */
+        struct io_module io_module; /* when this board is one */
+    };
     struct boot_guard *guard;     /* of crashes in a row */
     char key[ACCESS_KEY_MAX + 1]; /* of network clients and updates */
     uint8_t access_open;

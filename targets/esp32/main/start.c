@@ -5,6 +5,7 @@
 #include "chip_ganged.h"
 #include "firmware.h"
 #include "io/led_driver.h"
+#include "io/spindle_bus.h"
 #include "store/nvs_channels.h"
 #include "store/nvs_device.h"
 #include "store/nvs_names.h"
@@ -124,6 +125,17 @@ void firmware_start_hal(struct firmware *firmware) {
 
 /* ---- the machine ---- */
 
+/* After the pins: RTS and TX go to the transceiver. */
+static void start_spindle_bus(struct firmware *firmware, struct machine_board *board) {
+    struct spindle_bus_wire wire;
+    if (!board_spindle_bus(&wire))
+        return;
+    board->bus = spindle_bus_init(&wire);
+    board->vfd = board->bus != NULL ? spindle_bus_drive() : NULL;
+    if (board->vfd == NULL)
+        firmware_tell(firmware, "Cannot start the RS-485 bus of the spindle's drive");
+}
+
 static struct machine_board board_of(struct firmware *firmware, enum nvs_start kept) {
     struct machine_board board = board_machine(&firmware->pins);
     const struct hal *hal = &firmware->hal;
@@ -132,6 +144,7 @@ static struct machine_board board_of(struct firmware *firmware, enum nvs_start k
     board.ganged = chip_ganged(&firmware->hal, &firmware->step_pins.gang);
     board.servo = outputs_have_servo(&hal->outputs) ? &esp32_servo : NULL;
     board.pump = outputs_have_pump(&hal->outputs) ? &esp32_pump : NULL;
+    start_spindle_bus(firmware, &board);
     const struct hal_encoder *encoder = hal->inputs.encoder != NULL ? &esp32_indexed_encoder : &esp32_encoder;
     board.encoder = hal->encoder.unit != NULL ? encoder : NULL;
     return board;

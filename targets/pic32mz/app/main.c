@@ -8,8 +8,10 @@
 #include "chip_ganged.h"
 #include "hal/chip_hal.h"
 #include "io/charge_pump.h"
+#include "link/bus2.h"
 #include "link/uart3.h"
 #include "machine/parts.h"
+#include "machine/vfd_spindle.h"
 #include "store/nvm.h"
 
 #define US_PER_MS      1000u
@@ -19,6 +21,7 @@ static struct machine machine;
 static struct hal hal;
 static struct step_engine_board step_pins;
 static struct follow follow;
+static struct machine_vfd vfd; /* with a bus */
 static struct flash_work store_work;
 static struct flash_store store = {.ops = &nvm_flash_ops, .work = &store_work};
 
@@ -75,6 +78,8 @@ static void start_machine(void) {
     board.store_ctx = &store;
     board.motion_side = &motion_side;
     board.pump = charge_pump_hal();
+    board.bus = bus_init();
+    board.vfd = board.bus != NULL ? &vfd : NULL;
     board.ganged = chip_ganged(&hal, &step_pins.gang);
     machine_init(&machine, &board, &hal, &hal.step, &out);
     follow_init(&follow, &machine, &hal);

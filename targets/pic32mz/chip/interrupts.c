@@ -3,6 +3,7 @@
 
 extern void _vector_step(void), _vector_pulse_end(void), _vector_edge(void), _vector_switch_timer(void);
 extern void _vector_uart_rx(void), _vector_uart_tx(void), _vector_tick(void), _vector_pump(void);
+extern void _vector_bus_rx(void), _vector_bus_tx(void);
 extern const char _exception_base[];
 
 static void route(unsigned irq, void (*vector)(void), unsigned level, unsigned order) {
@@ -28,6 +29,8 @@ void interrupts_init(void) {
     route(IRQ_T8, _vector_switch_timer, LEVEL_STEP, ORDER_EDGE);
     route(IRQ_U3_RX, _vector_uart_rx, LEVEL_UART, 1);
     route(IRQ_U3_TX, _vector_uart_tx, LEVEL_UART, 0);
+    route(IRQ_U2_RX, _vector_bus_rx, LEVEL_UART, 1);
+    route(IRQ_U2_TX, _vector_bus_tx, LEVEL_UART, 0);
     route(IRQ_T9, _vector_pump, LEVEL_PUMP, 0);
     route(IRQ_CORE_TIMER, _vector_tick, LEVEL_TICK, 0);
     PRISS = LEVEL_STEP << 4 * LEVEL_STEP | LEVEL_UART << 4 * LEVEL_UART | LEVEL_PUMP << 4 * LEVEL_PUMP |

@@ -15,6 +15,8 @@ enum {
     IRQ_T8 = 36,
     IRQ_T9 = 40,
     IRQ_CHANGE_A = 118, /* .. IRQ_CHANGE_A + 6: ports A to G */
+    IRQ_U2_RX = 146,
+    IRQ_U2_TX = 147,
     IRQ_U3_RX = 158,
     IRQ_U3_TX = 159,
     IRQ_WORDS = 7, /* IEC0 .. IEC6 */

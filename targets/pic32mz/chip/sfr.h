@@ -51,6 +51,7 @@
 #define NVMOP_ERASE     4u
 
 /* ---- peripheral pin select, Tables 12-21 and 12-22; pin = 16 * port + bit */
+#define U2RXR    SFR(0xBF801470u)
 #define U3RXR    SFR(0xBF801478u)
 #define RPR(pin) SFR(0xBF801500u + 4u * (pin))
 
@@ -63,7 +64,13 @@
 #define OFF(irq)       SFR(0xBF810540u + 4u * (irq))
 #define INTCON_MVEC    (1u << 12)
 
-/* ---- UART 3, Table 22-1 */
+/* ---- UARTs 2 and 3, Table 22-1 */
+#define U2MODE        SFR(0xBF822200u)
+#define U2STA         SFR(0xBF822210u)
+#define U2STA_ADDRESS 0xBF822210u
+#define U2TXREG       SFR(0xBF822220u)
+#define U2RXREG       SFR(0xBF822230u)
+#define U2BRG         SFR(0xBF822240u)
 #define U3MODE        SFR(0xBF822400u)
 #define U3STA         SFR(0xBF822410u)
 #define U3STA_ADDRESS 0xBF822410u
@@ -72,12 +79,16 @@
 #define U3BRG         SFR(0xBF822440u)
 #define UMODE_ON      (1u << 15)
 #define UMODE_BRGH    (1u << 3)
+#define UMODE_EVEN    (1u << 1) /* PDSEL: 8 bits and parity */
+#define UMODE_ODD     (2u << 1)
 #define USTA_URXEN    (1u << 12)
 #define USTA_UTXEN    (1u << 10)
 #define USTA_UTXBF    (1u << 9)
+#define USTA_TRMT     (1u << 8) /* nothing is being sent */
 #define USTA_FERR     (1u << 2)
 #define USTA_OERR     (1u << 1)
 #define USTA_URXDA    (1u << 0)
+#define USTA_TX_SENT  (1u << 14) /* UTXISEL: interrupt when all was sent */
 #define USTA_TX_EMPTY (2u << 14) /* UTXISEL: interrupt while the transmit FIFO is empty */
 
 /* ---- timers and output compare, Tables 14-1 and 18-2 */

@@ -215,5 +215,7 @@ _general_exception:
     VECTOR_TOP_MULTIPLIES _vector_switch_timer, on_switch_timer
     VECTOR_LOW _vector_uart_rx, on_uart_rx
     VECTOR_LOW _vector_uart_tx, on_uart_tx
+    VECTOR_LOW _vector_bus_rx, on_bus_rx
+    VECTOR_LOW _vector_bus_tx, on_bus_tx
     VECTOR_LOW _vector_pump, on_pump_timer
     VECTOR_LOW _vector_tick, on_tick

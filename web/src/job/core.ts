@@ -124,6 +124,7 @@ const BOARD_FIELDS: readonly HostField[] = [
   "analog",
   "home_axes",
   "toolsetter",
+  "spindle_bus",
 ];
 
 /** WASI's "no such file": none exist, the core opens none and asks for no time. */

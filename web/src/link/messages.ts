@@ -12,6 +12,10 @@ export interface Status {
   line: number | null;
   feed: number | null;
   speed: number | null;
+  /** Of the spindle, by its encoder or drive; null: nothing measures it. */
+  measured: number | null;
+  /** Of a drive's motor; null: it is not reported. */
+  ampere: number | null;
   pins: string;
   /** Percent: feed, rapid, spindle. */
   overrides: [number, number, number] | null;
@@ -63,6 +67,8 @@ function parseStatus(text: string): Status | null {
     line: null,
     feed: null,
     speed: null,
+    measured: null,
+    ampere: null,
     pins: "",
     overrides: null,
     accessories: null,
@@ -84,7 +90,7 @@ function takeField(status: Status, key: string, value: string): boolean {
     return true;
   }
   const numbers = value.split(",").map(Number);
-  const known = ["MPos", "WPos", "WCO", "Bf", "Ln", "F", "FS", "Ov"].includes(key);
+  const known = ["MPos", "WPos", "WCO", "Bf", "Ln", "F", "FS", "Ov", "Amp"].includes(key);
   if (!known) return true;
   if (numbers.some((number) => !Number.isFinite(number)) || value === "") return false;
   const [first = 0, second = 0, third = 0] = numbers;
@@ -94,7 +100,10 @@ function takeField(status: Status, key: string, value: string): boolean {
   else if (key === "Bf") [status.plannerFree, status.rxFree] = [first, second];
   else if (key === "Ln") status.line = first;
   else if (key === "F") status.feed = first;
-  else if (key === "FS") [status.feed, status.speed] = [first, second];
+  else if (key === "FS") {
+    [status.feed, status.speed] = [first, second];
+    status.measured = numbers[2] ?? null;
+  } else if (key === "Amp") status.ampere = first;
   else if (key === "Ov") status.overrides = [first, second, third];
   return true;
 }

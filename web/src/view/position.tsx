@@ -4,6 +4,7 @@ import type { JSX } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import { attempt, controller, noHoming, noMotion, standing } from "../app";
 import { typedPosition, WORK_SYSTEMS } from "../link/offsets";
+import type { Status } from "../link/messages";
 import { planZero, type ZeroFacts } from "../link/zero";
 import { AXES } from "../tables";
 import { lastZero, nameSystem, setPosition, showsInches, systemNames, undoZero, workSystem } from "../zeroing";
@@ -254,11 +255,19 @@ const LAMPS: readonly [string, string][] = [
   ["T", "M1 stops"],
 ];
 
+/** "12000 rpm", "12000 rpm, measured 11950, 3.1 A". */
+function spindleWords(status: Status | null): string {
+  const words = [`${(status?.speed ?? 0).toFixed(0)} rpm`];
+  if (status && status.measured !== null) words.push(`measured ${status.measured.toFixed(0)}`);
+  if (status && status.ampere !== null) words.push(`${status.ampere.toFixed(1)} A`);
+  return words.join(", ");
+}
+
 function Lamps(): JSX.Element {
   const pins = controller.status.value?.pins ?? "";
   const axes = [...AXES.slice(0, controller.axisCount.value)];
   const feedNow = controller.status.value?.feed ?? 0;
-  const speed = controller.status.value?.speed ?? 0;
+  const spindle = spindleWords(controller.status.value);
   return (
     <div class="stack">
       <div class="lamps" aria-label="Inputs">
@@ -277,7 +286,7 @@ function Lamps(): JSX.Element {
         <dt>Feed</dt>
         <dd class="mono">{feedNow.toFixed(0)} mm/min</dd>
         <dt>Spindle</dt>
-        <dd class="mono">{speed.toFixed(0)} rpm</dd>
+        <dd class="mono">{spindle}</dd>
         <dt>Modes</dt>
         <dd class="mono small">{controller.modes.value || "–"}</dd>
       </dl>
