@@ -13,6 +13,7 @@
 #include "io/lines.h"
 #include "machine/parts.h"
 #include "net/access_store.h"
+#include "net/portal.h"
 #include "store/nvs_flash_ops.h"
 
 struct firmware {
@@ -26,6 +27,7 @@ struct firmware {
     struct step_engine_board step_pins;
     struct lines lines;
     struct channels channels;
+    struct portal *portal;        /* first contact; NULL: there is none */
     struct io_module io_module;   /* when this board is one */
     struct boot_guard *guard;     /* of crashes in a row */
     char key[ACCESS_KEY_MAX + 1]; /* of network clients and updates */
