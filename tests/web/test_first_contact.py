@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from esp32_serve import Contact, first_contact
 from patience import HANG_S
-from playwright.sync_api import Browser, Page, expect, sync_playwright
+from playwright.sync_api import Browser, Page, expect
 from web_fixture import CHROMIUM, TIMEOUT_MS
 from wificnc.web.embed import embedded_files
 
@@ -40,23 +40,15 @@ def contact(built_page: Path) -> Iterator[Contact]:
 
 
 @pytest.fixture
-def phone(contact: Contact) -> Iterator[Browser]:
+def phone(contact: Contact, browser: Browser) -> Iterator[Browser]:
     """A phone: every name is what the controller's name server says, and both of its networks have the controller."""
-    program = next(filter(None, map(shutil.which, CHROMIUM)), None)
-    if program is None:
-        pytest.skip("there is no Chromium on this computer: apt-get install chromium")
+    program = next(filter(None, map(shutil.which, CHROMIUM)))
     found = address_of(contact, "connectivitycheck.gstatic.com")
     rules = ", ".join(f"MAP {name} {found}:{contact.page}" for name in ("*.gstatic.com", "*.local", OWN, WORKSHOP))
-    with sync_playwright() as playwright:
-        # a phone's browser asks before it loads; here nothing but the controller can be reached
-        options = [
-            "--no-sandbox",
-            f"--host-resolver-rules={rules}, MAP * ~NOTFOUND",
-            "--disable-features=HttpsUpgrades",
-        ]
-        chromium = playwright.chromium.launch(executable_path=program, args=options)
-        yield chromium
-        chromium.close()
+    options = ["--no-sandbox", f"--host-resolver-rules={rules}, MAP * ~NOTFOUND", "--disable-features=HttpsUpgrades"]
+    chromium = browser.browser_type.launch(executable_path=program, args=options)
+    yield chromium
+    chromium.close()
 
 
 @pytest.fixture
@@ -76,8 +68,14 @@ def notice(page: Page, text: str) -> None:
     expect(page.get_by_role("status")).to_contain_text(text)
 
 
+def search(page: Page, contact: Contact) -> None:
+    """The search that the page begins: the radio's time passes once it is under way."""
+    expect(page.get_by_role("button", name="Searching")).to_be_visible()
+    contact.pass_s(3)
+
+
 def give(page: Page, contact: Contact, network: str, password: str) -> None:
-    contact.pass_s(3)  # the search that the page begins
+    search(page, contact)
     page.get_by_role("button", name=network).tap()
     page.get_by_label("Password", exact=True).fill(password)
     page.get_by_role("button", name="Connect the controller").tap()
@@ -163,7 +161,7 @@ def test_in_another_network_the_access_key_is_asked_for(contact: Contact, page: 
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_it_fits_a_phone_and_has_no_fault_of_accessibility(contact: Contact, page: Page, scheme: str) -> None:
     page.emulate_media(color_scheme=scheme)  # type: ignore[arg-type]
-    contact.pass_s(3)
+    search(page, contact)
     expect(page.get_by_role("button", name="Werkstatt")).to_be_visible()
     page.get_by_text("Name and address of the controller").tap()
     page.get_by_label("Static address").check()
