@@ -9,6 +9,7 @@ export default defineConfig({
     assetsInlineLimit: 0,
     modulePreload: { polyfill: false },
     reportCompressedSize: false,
+    rolldownOptions: { input: ["index.html", "setup.html"] },
     manifest: "files.json", // which file loads which, for firmware that carries the page
   },
   worker: { format: "es" },

@@ -229,9 +229,13 @@ bool device_differs(const struct device *device) {
            !same_network(&device->network, &device->kept_network);
 }
 
-static enum device_answer discard(struct device *device, enum device_answer answer) {
+void device_discard(struct device *device) {
     device->wiring = device->kept_wiring;
     device->network = device->kept_network;
+}
+
+static enum device_answer discard(struct device *device, enum device_answer answer) {
+    device_discard(device);
     return answer;
 }
 
@@ -278,9 +282,22 @@ void device_connected(struct device *device, unsigned place) {
         device->came |= (uint8_t)(1u << place);
 }
 
+bool device_confirm(struct device *device) {
+    if (!device->on_trial || device->joins)
+        return false;
+    device->on_trial = !device->ops->keep_network(device->ctx, &device->kept_network, NULL);
+    return !device->on_trial;
+}
+
 void device_contact(struct device *device, unsigned place) {
-    if (device->on_trial && (device->came >> place & 1) != 0)
-        device->on_trial = !device->ops->keep_network(device->ctx, &device->kept_network, NULL);
+    if ((device->came >> place & 1) != 0)
+        (void)device_confirm(device);
+}
+
+uint32_t device_trial_s(const struct device *device, uint64_t now_us) {
+    const uint64_t left_us = device->due_us > now_us ? device->due_us - now_us : 0;
+    const uint32_t left_s = (uint32_t)((left_us + US_PER_S - 1) / US_PER_S);
+    return !device->on_trial ? 0 : device->joins ? left_s + DEVICE_TRIAL_S : left_s > 0 ? left_s : 1;
 }
 
 /* As long as the old values cannot be stored they are tried again each second. */

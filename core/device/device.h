@@ -111,6 +111,16 @@ void device_connected(struct device *device, unsigned place);
 /** Someone who may command was heard on this connection: if it is a new one, the trial is passed. */
 void device_contact(struct device *device, unsigned place);
 
+/** Give up what is staged. */
+void device_discard(struct device *device);
+
+/** Someone who may command has come by the new network: the trial is passed. @return false: none is under
+ * way, the network is not changed yet, or it cannot be stored */
+bool device_confirm(struct device *device);
+
+/** How long the trial lasts from now on. @return 0: there is none */
+uint32_t device_trial_s(const struct device *device, uint64_t now_us);
+
 /** @param at_rest  the network may change */
 void device_poll(struct device *device, uint64_t now_us, bool at_rest);
 

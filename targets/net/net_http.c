@@ -26,6 +26,7 @@ enum { ACCEPTS_A_ROUND = 8 };
 
 static const char about_path[] = "/api/controller";
 static const char discover_path[] = "/api/discover";
+static const char network_path[] = "/api/network";
 static const char stream_path[] = "/grbl";
 static const char no_page[] = "This firmware does not include the web page. The Grbl stream is at port 23.\n";
 
@@ -89,10 +90,21 @@ static void answer_about(struct net_http_place *place, const char *about) {
     answer(place, "200 OK", "application/json", "Cache-Control: no-store\r\n", about, strlen(about));
 }
 
+/* @return the address of the page that sets the network up, for who has come through the own network; else
+ * NULL */
+static const char *own_page(const struct net_http_place *place, const struct net_http_site *site) {
+    return site->portal == NULL ? NULL
+                                : site->portal(site->setup, net_tcp_here(&place->stream), place->stream.peer);
+}
+
 /* @return false: it has not come yet */
 static bool answer_late(struct net_http_place *place, const struct net_http_site *site) {
     struct net_http_late late;
-    if (!site->discover(site->ctx, &late))
+    const struct net_http_call call = {.body = place->body_at > 0 ? place->head + place->body_at : NULL,
+                                       .peer = place->stream.peer,
+                                       .own = own_page(place, site) != NULL,
+                                       .since_us = place->since_us};
+    if (!(place->calls ? site->network(site->setup, &call, &late) : site->discover(site->ctx, &late)))
         return false;
     const char *body = keep(place, late.body, strlen(late.body));
     if (body == NULL)
@@ -148,6 +160,39 @@ static void answer_page(struct net_http_place *place, const struct net_http_site
         answer_file(place, &file, site->find == NULL, request);
 }
 
+static void refuse_method(struct net_http_place *place) {
+    refuse(place, "405 Method Not Allowed", "Allow: GET, HEAD\r\n", "Only GET and HEAD are supported.\n");
+}
+
+/* A form of another page can send what it likes, but neither this Origin nor this type. */
+static void answer_network(struct net_http_place *place, const struct net_http_request *request,
+                           size_t body_at) {
+    static const char type[] = "application/json";
+    if (request->posts && !net_http_origin_is_ours(request))
+        refuse(place, "403 Forbidden", "", "Refused: the page comes from another origin.\n");
+    else if (request->posts && strncmp(request->type, type, sizeof type - 1) != 0)
+        refuse(place, "415 Unsupported Media Type", "", "The Content-Type must be application/json.\n");
+    else if (request->posts && !request->has_length)
+        refuse(place, "411 Length Required", "", "The Content-Length of the request is missing.\n");
+    else
+        place->waits = place->calls = true;
+    place->body_at = request->posts ? (uint16_t)body_at : 0;
+}
+
+/* Phones ask for some page of the internet to see whether there is one. */
+static void answer_foreign(struct net_http_place *place, const struct net_http_site *site,
+                           const struct net_http_request *request) {
+    const char *page = request->posts ? NULL : own_page(place, site);
+    char more[96];
+    if (page == NULL) {
+        refuse(place, "421 Misdirected Request", "",
+               "Unknown host name: use the controller's address, or add the name to its list of names.\n");
+        return;
+    }
+    snprintf(more, sizeof more, "Location: %s\r\nCache-Control: no-store\r\n", page);
+    refuse(place, "302 Found", more, "The page of this controller is at the given location.\n");
+}
+
 /* @return false: it was refused */
 static bool is_understood(struct net_http_place *place, struct net_http_request *request) {
     switch (net_http_parse(place->head, request)) {
@@ -155,7 +200,7 @@ static bool is_understood(struct net_http_place *place, struct net_http_request 
         refuse(place, "400 Bad Request", "", "Not an HTTP/1.1 request.\n");
         return false;
     case NET_HTTP_METHOD:
-        refuse(place, "405 Method Not Allowed", "Allow: GET, HEAD\r\n", "Only GET and HEAD are supported.\n");
+        refuse_method(place);
         return false;
     case NET_HTTP_BAD_HOST:
         refuse(place, "400 Bad Request", "", "The Host of the request is missing or malformed.\n");
@@ -169,7 +214,7 @@ static bool is_understood(struct net_http_place *place, struct net_http_request 
     }
 }
 
-static void answer_request(struct net_http_place *place, const struct net_http_site *site) {
+static void answer_request(struct net_http_place *place, const struct net_http_site *site, size_t body_at) {
     struct net_http_request request;
     if (!is_understood(place, &request))
         return;
@@ -177,8 +222,11 @@ static void answer_request(struct net_http_place *place, const struct net_http_s
     /* Before anything is served: a page of another site whose name was made to lead here (DNS rebinding)
      * sends its own name. */
     if (!net_http_host_is_ours(request.host, site->name, site->names))
-        refuse(place, "421 Misdirected Request", "",
-               "Unknown host name: use the controller's address, or add the name to its list of names.\n");
+        answer_foreign(place, site, &request);
+    else if (site->network != NULL && strcmp(request.path, network_path) == 0)
+        answer_network(place, &request, body_at);
+    else if (request.posts)
+        refuse_method(place);
     else if (site->connect != NULL && strcmp(request.path, stream_path) == 0)
         answer_stream(place, &request);
     else if (site->about != NULL && strcmp(request.path, about_path) == 0)
@@ -254,10 +302,16 @@ static void read_request(struct net_http_place *place, const struct net_http_sit
         place->heard_us = now_us;
     place->count += (size_t)count;
     place->head[place->count] = '\0';
-    if (memchr(place->head, '\0', place->count) != NULL)
-        refuse(place, "400 Bad Request", "", "Not an HTTP/1.1 request.\n"); /* nothing behind a NUL is read */
-    else if (strstr(place->head, "\r\n\r\n") != NULL)
-        answer_request(place, site);
+    size_t head = 0;
+    const bool damaged = memchr(place->head, '\0', place->count) != NULL; /* nothing behind a NUL is read */
+    const size_t whole = damaged ? 0 : net_http_whole(place->head, &head);
+    if (damaged)
+        refuse(place, "400 Bad Request", "", "Not an HTTP/1.1 request.\n");
+    else if (whole > 0 && place->count >= whole) {
+        place->head[whole] = '\0';
+        answer_request(place, site, head);
+    } else if (whole > NET_HTTP_HEAD - 1)
+        refuse(place, "413 Content Too Large", "", "The body of the request is too long.\n");
     else if (place->count == NET_HTTP_HEAD - 1)
         refuse(place, "431 Request Header Fields Too Large", "", "The request is too long.\n");
 }
@@ -336,7 +390,7 @@ bool net_http_poll(struct net_http *http, uint32_t now_us) {
         if (place->stream.ops != NULL && !place->answers && !place->waits)
             read_request(place, http->site, now_us);
         if (place->waits && answer_late(place, http->site))
-            place->waits = false;
+            place->waits = place->calls = false;
         if (place->stream.ops != NULL && place->answers)
             any |= send_answer(place, http->site, now_us);
         if (place->stream.ops != NULL && now_us - place->heard_us >= patience_us(place, http->site))

@@ -8,11 +8,14 @@
  *
  *   GET /api/discover      other controllers in this network, as JSON; a browser cannot look itself
  *
+ *   GET, POST /api/network how this controller is on a network, and another one for it, as JSON
+ *
  *   GET /grbl, WebSocket   a client like any other: who owns, who observes and who must log in is the hub's
  *
  * Pages from elsewhere may not command: a request's Host must be an address, a name that no name server of
  * others gives away (against DNS rebinding), or one of the site's list; and the Origin of a WebSocket must be
- * that host. A connection has one request.
+ * that host, as that of a POST. A connection has one request. In the controller's own network a request for
+ * any other host is sent to the page that sets the network up: phones look for that.
  *
  * No client shuts others out: one that does not ask, or does not take its answer, gives its place to a
  * newcomer when all are taken (net_places.h). */
@@ -46,6 +49,14 @@ struct net_http_late {
     const char *body;
 };
 
+/** A request for /api/network. */
+struct net_http_call {
+    const char *body; /* of POST, JSON; NULL: GET */
+    uint64_t peer;    /* net_stream.peer */
+    bool own;         /* it came through the own network */
+    uint32_t since_us;
+};
+
 /** What does not change while it is served; all of it outlives the server. */
 struct net_http_site {
     const struct net_http_file *files;
@@ -61,6 +72,13 @@ struct net_http_site {
     /** Someone waits for the other controllers; called every round until there is an answer. NULL: this
      * server does not look for them. @return false: not yet */
     bool (*discover)(void *ctx, struct net_http_late *out);
+    /** How the network is, and another one for it; called every round until there is an answer. NULL: this
+     * server has no network to set. @return false: not yet */
+    bool (*network)(void *setup, const struct net_http_call *call, struct net_http_late *out);
+    /** A connection came through the own network. @param here, peer  IPv4, net_stream.peer of both ends.
+     *  @return the address of the page that sets the network up; NULL: it did not */
+    const char *(*portal)(void *setup, uint64_t here, uint64_t peer);
+    void *setup; /* of network() and portal() */
     /** The address that a place is kept for, as net_stream.peer; 0: none. NULL: there is no such address */
     uint64_t (*owner)(void *ctx);
     void *ctx;
@@ -77,7 +95,9 @@ struct net_http_place {
     size_t count;     /* of head */
     size_t sent;      /* of the answer's head */
     bool head_only;   /* the answer has no body */
-    bool waits;       /* the request has come, its answer has not: site->discover() */
+    bool waits;       /* the request has come, its answer has not: site->discover(), site->network() */
+    bool calls;       /* ... the latter */
+    uint16_t body_at; /* ... and this is where the body of its POST begins in head; 0: it is a GET */
     bool answers;     /* there is an answer */
     bool upgrades;    /* ... and asks for the stream */
     const char *body; /* behind the head */

@@ -3,10 +3,11 @@
 
 #include "net_websocket.h"
 
+#include <stdlib.h>
 #include <string.h>
 #include <strings.h>
 
-enum { NAME_MAX_SIZE = 64 };
+enum { NAME_MAX_SIZE = 64, BODY_MAX = 1000000 };
 
 /* ---- pieces ---- */
 
@@ -73,7 +74,7 @@ static bool is_origin(const char *text) {
 
 /* What headers say before they are judged together. */
 struct handshake {
-    const char *upgrade, *connection, *version;
+    const char *upgrade, *connection, *version, *length, *transfer;
     unsigned hosts; /* Host lines: a request with two means either (RFC 9112, 3.2) */
 };
 
@@ -86,6 +87,9 @@ static void take_header(const char *name, const char *value, struct net_http_req
                  {"If-None-Match", &request->tag},
                  {"Sec-WebSocket-Key", &request->key},
                  {"Sec-WebSocket-Version", &handshake->version},
+                 {"Content-Type", &request->type},
+                 {"Content-Length", &handshake->length},
+                 {"Transfer-Encoding", &handshake->transfer},
                  {"Upgrade", &handshake->upgrade},
                  {"Connection", &handshake->connection}};
     handshake->hosts += strcasecmp(name, "Host") == 0;
@@ -140,7 +144,29 @@ static enum net_http_parsed take_request_line(char *line, struct net_http_reques
     path[strcspn(path, "?#")] = '\0';
     request->path = path;
     request->head_only = strcmp(method, "HEAD") == 0;
-    return request->head_only || strcmp(method, "GET") == 0 ? NET_HTTP_GOOD : NET_HTTP_METHOD;
+    request->posts = strcmp(method, "POST") == 0;
+    return request->head_only || request->posts || strcmp(method, "GET") == 0 ? NET_HTTP_GOOD
+                                                                              : NET_HTTP_METHOD;
+}
+
+/* Digits, few enough for an int. */
+static bool is_length(const char *text) {
+    const size_t size = strlen(text);
+    return size > 0 && size <= 6 && strspn(text, "0123456789") == size;
+}
+
+size_t net_http_whole(const char *text, size_t *head) {
+    static const char name[] = "\r\nContent-Length:";
+    const char *end = strstr(text, "\r\n\r\n");
+    if (end == NULL)
+        return 0;
+    *head = (size_t)(end - text) + 4;
+    size_t body = 0;
+    for (const char *line = text; strncmp(text, "POST ", 5) == 0 && line != NULL && line < end;
+         line = strstr(line + 2, "\r\n"))
+        if (strncasecmp(line, name, sizeof name - 1) == 0)
+            body = (size_t)strtoul(line + sizeof name - 1, NULL, 10);
+    return *head + (body < BODY_MAX ? body : BODY_MAX);
 }
 
 /* 16 bytes in base64 (RFC 6455, 4.2.1). */
@@ -151,16 +177,18 @@ static bool is_key(const char *key) {
 }
 
 enum net_http_parsed net_http_parse(char *text, struct net_http_request *request) {
-    struct handshake handshake = {"", "", "", 0};
+    struct handshake handshake = {
+        .upgrade = "", .connection = "", .version = "", .length = "", .transfer = ""};
     char *line = cut(&text, "\r\n");
     *request = (struct net_http_request){
         /* A client that does not send Accept-Encoding accepts any encoding (RFC 9110, 12.5.3). */
-        .path = "", .host = "", .origin = "", .key = "", .tag = "", .takes_gzip = true};
+        .path = "", .host = "", .origin = "", .key = "", .tag = "", .type = "", .takes_gzip = true};
     if (line == NULL)
         return NET_HTTP_BAD;
     enum net_http_parsed parsed = take_request_line(line, request);
     if (parsed != NET_HTTP_BAD && !take_headers(text, request, &handshake))
         return NET_HTTP_BAD;
+    request->has_length = *handshake.transfer == '\0' && is_length(handshake.length);
     if (parsed == NET_HTTP_GOOD && !is_host(request->host))
         return NET_HTTP_BAD_HOST;
     if (parsed == NET_HTTP_GOOD && *request->origin != '\0' && !is_origin(request->origin))

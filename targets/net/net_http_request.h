@@ -4,11 +4,12 @@
 #define WIFICNC_NET_HTTP_REQUEST_H
 
 #include <stdbool.h>
+#include <stddef.h>
 
 enum net_http_parsed {
     NET_HTTP_GOOD,
     NET_HTTP_BAD,
-    NET_HTTP_METHOD, /* neither GET nor HEAD */
+    NET_HTTP_METHOD, /* neither GET, HEAD nor POST */
     NET_HTTP_BAD_HOST,
     NET_HTTP_BAD_ORIGIN,
 };
@@ -17,12 +18,19 @@ enum net_http_parsed {
 struct net_http_request {
     const char *path; /* without the query */
     const char *host, *origin;
-    const char *key; /* Sec-WebSocket-Key */
-    const char *tag; /* If-None-Match */
-    bool head_only;  /* HEAD */
+    const char *key;  /* Sec-WebSocket-Key */
+    const char *tag;  /* If-None-Match */
+    const char *type; /* Content-Type */
+    bool head_only;   /* HEAD */
+    bool posts;       /* POST */
+    bool has_length;  /* of the body: a Content-Length, and nothing else that says it */
     bool takes_gzip;
     bool upgrades; /* a whole handshake of a WebSocket, version 13 */
 };
+
+/** How long a request is as a whole, once its head is there; only POST has a body here. @param text
+ * NUL-terminated @param[out] head  bytes up to the body @return 0: the head is not complete */
+size_t net_http_whole(const char *text, size_t *head);
 
 /** @param text  NUL-terminated, with the empty line at its end; it is cut into pieces */
 enum net_http_parsed net_http_parse(char *text, struct net_http_request *request);

@@ -92,6 +92,15 @@ int net_socket_accept(int listener, struct net_address *from) {
     return fd;
 }
 
+bool net_socket_here(int fd, struct net_address *out) {
+    struct sockaddr_storage storage;
+    socklen_t size = sizeof storage;
+    if (getsockname((system_socket)fd, (struct sockaddr *)&storage, &size) != 0)
+        return false;
+    from_system(&storage, out);
+    return true;
+}
+
 bool net_socket_peer(int fd, struct net_address *out) {
     struct sockaddr_storage storage;
     socklen_t size = sizeof storage;

@@ -35,6 +35,9 @@ int net_socket_accept(int listener, struct net_address *from);
 /** A connection's other end. @return false: it has gone */
 bool net_socket_peer(int fd, struct net_address *out);
 
+/** A connection's own end. @return false: it has gone */
+bool net_socket_here(int fd, struct net_address *out);
+
 /** Make a connection one that does not block, and whose short answers do not wait for more.
  *  @return false: it is closed now */
 bool net_socket_prepare(int fd);

@@ -62,6 +62,11 @@ bool net_tcp_accept(int listener, struct net_stream *stream, char name[NET_ADDRE
     return true;
 }
 
+uint64_t net_tcp_here(const struct net_stream *stream) {
+    struct net_address here;
+    return net_socket_here(stream->fd, &here) ? peer_of(&here) : 0;
+}
+
 /* First asked after so many s of silence, then every so many s, and so often. */
 enum { KEEP_IDLE_S = 1, KEEP_EVERY_S = 1, KEEP_COUNT = 3 };
 

@@ -16,6 +16,9 @@ int net_tcp_listen(const char *host, const char *port, char address[NET_ADDRESS_
  *  @return true and a stream, or false: none, or it was gone again */
 bool net_tcp_accept(int listener, struct net_stream *stream, char name[NET_ADDRESS_SIZE]);
 
+/** Our own address of a connection, as net_stream.peer is the other end's. @return 0: it has gone */
+uint64_t net_tcp_here(const struct net_stream *stream);
+
 /** A stream of a socket that is connected. @return false: it is closed now */
 bool net_tcp_stream(int fd, struct net_stream *stream);
 

@@ -97,6 +97,45 @@ static void without_a_network_our_own_is_there_at_once(void) {
     CHECK(wifi_policy_poll(&policy, 0).own && !wifi_policy_poll(&policy, 1000000).connect);
 }
 
+/* A phone in the own network sees how it went: that network stays until the trial has ended. */
+static void an_own_network_stays_while_another_one_is_on_trial(void) {
+    struct wifi_policy policy;
+    wifi_policy_init(&policy, false, 0);
+    wifi_policy_hold(&policy, true);
+    wifi_policy_join(&policy, true, 1000);
+    CHECK(wifi_policy_poll(&policy, 1000).own);
+    wifi_policy_event(&policy, WIFI_GOT_ADDRESS, 2000);
+    CHECK(wifi_policy_poll(&policy, 2000).own);
+    wifi_policy_hold(&policy, false);
+    CHECK(!wifi_policy_poll(&policy, 3000).own);
+}
+
+static void a_trial_opens_no_own_network_where_the_new_one_works(void) {
+    struct wifi_policy policy;
+    wifi_policy_init(&policy, true, 0);
+    wifi_policy_event(&policy, WIFI_GOT_ADDRESS, 500);
+    wifi_policy_hold(&policy, true);
+    wifi_policy_join(&policy, true, 1000);
+    CHECK(!wifi_policy_poll(&policy, 1000).own && !wifi_policy_poll(&policy, 60999).own);
+    CHECK(wifi_policy_poll(&policy, 61000).own); /* it does not work: as always */
+}
+
+static void without_a_network_the_end_of_a_trial_leaves_our_own(void) {
+    struct wifi_policy policy;
+    wifi_policy_init(&policy, true, 0);
+    wifi_policy_hold(&policy, true);
+    wifi_policy_join(&policy, false, 1000);
+    wifi_policy_hold(&policy, false);
+    CHECK(wifi_policy_poll(&policy, 2000).own);
+}
+
+/* IEEE 802.11-2020, table 9-49, and ESP-IDF's own from 200 on. */
+static void the_cause_of_a_failure_is_told_apart(void) {
+    CHECK(wifi_policy_why(15) == WIFI_WRONG_PASSWORD && wifi_policy_why(204) == WIFI_WRONG_PASSWORD);
+    CHECK(wifi_policy_why(202) == WIFI_WRONG_PASSWORD && wifi_policy_why(201) == WIFI_NOT_FOUND);
+    CHECK(wifi_policy_why(211) == WIFI_WRONG_PASSWORD && wifi_policy_why(205) == WIFI_FAILED);
+}
+
 /* ---- LED ---- */
 
 static unsigned changes(enum led_state state, uint32_t span_ms) {
@@ -129,6 +168,10 @@ int main(void) {
     an_address_within_five_seconds_keeps_wifi_off();
     wifi_tries_again_after_ever_longer_times();
     without_a_network_our_own_is_there_at_once();
+    an_own_network_stays_while_another_one_is_on_trial();
+    a_trial_opens_no_own_network_where_the_new_one_works();
+    without_a_network_the_end_of_a_trial_leaves_our_own();
+    the_cause_of_a_failure_is_told_apart();
     the_led_shows_the_states_of_the_reference();
     return report();
 }

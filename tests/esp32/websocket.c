@@ -264,7 +264,7 @@ static void requests_are_read_as_rfc_9112_says(void) {
     CHECK(parse("HEAD / HTTP/1.0\r\nHost: a\r\nAccept-Encoding: identity\r\n\r\n", &request) ==
           NET_HTTP_GOOD);
     CHECK(request.head_only && !request.takes_gzip);
-    CHECK(parse("POST / HTTP/1.1\r\nHost: a\r\n\r\n", &request) == NET_HTTP_METHOD);
+    CHECK(parse("PUT / HTTP/1.1\r\nHost: a\r\n\r\n", &request) == NET_HTTP_METHOD);
     static const char *const bad[] = {"\r\n\r\n",
                                       "GET /\r\n\r\n",
                                       "GET  / HTTP/1.1\r\n\r\n",

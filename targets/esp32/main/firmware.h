@@ -13,6 +13,7 @@
 #include "io/lines.h"
 #include "machine/parts.h"
 #include "net/access_store.h"
+#include "net/portal.h"
 #include "store/nvs_flash_ops.h"
 
 struct firmware {
@@ -29,6 +30,7 @@ struct firmware {
         struct follow follow;       /* of a controller */
         struct io_module io_module; /* when this board is one */
     };
+    struct portal *portal;        /* first contact; NULL: there is none */
     struct boot_guard *guard;     /* of crashes in a row */
     char key[ACCESS_KEY_MAX + 1]; /* of network clients and updates */
     uint8_t access_open;

@@ -5,7 +5,9 @@
 #include "firmware.h"
 #include "net/network.h"
 #include "net/page.h"
+#include "net/portal.h"
 #include "net/wifi.h"
+#include "net_dns.h"
 
 #include "esp_random.h"
 
@@ -80,6 +82,32 @@ static void start_wire(struct firmware *firmware) {
     firmware_tell(firmware, text);
 }
 
+/* ---- first contact ---- */
+
+static bool is_at_rest(void *ctx) {
+    return machine_is_at_rest(&((const struct firmware *)ctx)->machine);
+}
+
+/* The session's, which polls the device; without it no network is changed. */
+static uint64_t device_time_us(void *ctx) {
+    return ((const struct firmware *)ctx)->controller.session.now_us;
+}
+
+static void start_portal(struct firmware *firmware) {
+    const struct portal_options options = {.device = firmware->controller.session.options.device,
+                                           .access = &firmware->controller.access,
+                                           .hub = &firmware->controller.hub,
+                                           .page = "http://" NETWORK_OWN_TEXT "/setup.html",
+                                           .address = NETWORK_OWN_TEXT,
+                                           .dns_port = NET_DNS_PORT,
+                                           .at_rest = is_at_rest,
+                                           .now_us = device_time_us,
+                                           .random = chip_random,
+                                           .ctx = firmware};
+    if (options.device != NULL && firmware->controller.has_wire)
+        firmware->portal = portal_create(&options);
+}
+
 /* ---- updates ---- */
 
 /* Nothing moves now, and nothing will until the end of the update. */
@@ -120,7 +148,12 @@ static void start_servers(struct firmware *firmware) {
         snprintf(text, sizeof text, "Cannot start Telnet, error %d", error);
         firmware_tell(firmware, text);
     }
-    const struct page_names names = {.own = network_name(), .others = load_names(&firmware->store)};
+    struct page_names names = {.own = network_name(), .others = load_names(&firmware->store)};
+    if (firmware->portal != NULL) {
+        names.network = portal_network;
+        names.portal = portal_page;
+        names.setup = firmware->portal;
+    }
     if (!page_start(&firmware->controller.hub, NULL, &names, "80", &error)) {
         snprintf(text, sizeof text, "Cannot start the web page, error %d", error);
         firmware_tell(firmware, text);
@@ -142,6 +175,7 @@ void firmware_start_network(struct firmware *firmware) {
     controller_set(&firmware->controller, &options);
     services_start(&firmware->services, &firmware->controller.access, &flash, TELNET_PORT);
     start_wire(firmware);
+    start_portal(firmware);
     start_servers(firmware);
 }
 

@@ -52,6 +52,8 @@ static bool serve_network(struct firmware *firmware, uint32_t now_us) {
         return false;
     bool more = services_poll(&firmware->services, now_us);
     more |= page_poll(now_us);
+    if (firmware->portal != NULL)
+        portal_poll(firmware->portal);
     firmware_tell_address(firmware);
     return more;
 }

@@ -2,6 +2,7 @@
 #include "net/network.h"
 
 #include "app/task_map.h"
+#include "base/lockout.h"
 #include "net/ethernet.h"
 #include "net/link_policy.h"
 #include "net/wifi.h"
@@ -24,12 +25,14 @@
 enum { POLL_MS = 100, SCAN_MS = 10000, EVENTS = 8, US_PER_MS = 1000 };
 enum { OWN_ADDRESS = 192 | 168 << 8 | 4 << 16 | 1 << 24 }; /* 192.168.4.1, ESP-IDF's own */
 
+enum { LEFT_BY_US = 8 }; /* the driver's reason: esp_wifi_disconnect() */
+
 enum change { ETHERNET_UP, ETHERNET_DOWN, STATION_UP, STATION_DOWN, STORED, SCAN, SCANNED };
 
 /* From the events' task to ours. */
 struct news {
     enum change change;
-    uint32_t address;
+    uint32_t address; /* of STATION_DOWN: the driver's reason */
 };
 
 static struct {
@@ -40,6 +43,8 @@ static struct {
     const struct nvs_store *store;
     uint32_t ethernet, station; /* addresses; 0: none */
     uint32_t address;
+    uint8_t state;    /* enum wifi_state */
+    bool hold, own;   /* wanted: an own network stays; and whether one is up */
     uint32_t scan_ms; /* since when it looks */
     bool scanning;    /* the network task alone writes `found` until it is false */
     struct wifi_network found[WIFI_NETWORKS];
@@ -56,6 +61,29 @@ uint32_t network_address(void) {
 
 uint32_t network_station_address(void) {
     return __atomic_load_n(&network.station, __ATOMIC_RELAXED);
+}
+
+enum wifi_state network_state(void) {
+    return (enum wifi_state)__atomic_load_n(&network.state, __ATOMIC_RELAXED);
+}
+
+void network_hold_own(bool hold) {
+    __atomic_store_n(&network.hold, hold, __ATOMIC_RELAXED);
+}
+
+bool network_own_is_up(void) {
+    return __atomic_load_n(&network.own, __ATOMIC_RELAXED);
+}
+
+bool network_is_own(uint64_t here, uint64_t peer) {
+    static const uint8_t own[4] = {OWN_ADDRESS & 0xFF, OWN_ADDRESS >> 8 & 0xFF, OWN_ADDRESS >> 16 & 0xFF,
+                                   OWN_ADDRESS >> 24};
+    const uint64_t ours = lockout_ipv4(own);
+    return network_own_is_up() && here == ours && (peer ^ ours) >> 8 == 0;
+}
+
+static void set_state(enum wifi_state state) {
+    __atomic_store_n(&network.state, (uint8_t)state, __ATOMIC_RELAXED);
 }
 
 static uint32_t now_ms(void) {
@@ -110,9 +138,8 @@ static void on_address(void *ctx, esp_event_base_t base, int32_t id, void *data)
 static void on_wifi(void *ctx, esp_event_base_t base, int32_t id, void *data) {
     (void)ctx;
     (void)base;
-    (void)data;
     if (id == WIFI_EVENT_STA_DISCONNECTED)
-        (void)pass_on(STATION_DOWN, 0);
+        (void)pass_on(STATION_DOWN, ((const wifi_event_sta_disconnected_t *)data)->reason);
     else if (id == WIFI_EVENT_SCAN_DONE)
         (void)pass_on(SCANNED, 0);
 }
@@ -166,6 +193,7 @@ static void take(const struct news *news) {
         use_addresses(network.store);
         if (network.has_wifi)
             wifi_join_stored(network.store);
+        set_state(network.has_wifi && wifi_has_network() ? WIFI_JOINING : WIFI_NO_NETWORK);
         break;
     case SCAN:
         network.scan_ms = now_ms();
@@ -177,10 +205,16 @@ static void take(const struct news *news) {
             end_scan(wifi_scanned(network.found));
         break;
     case STATION_UP:
+        __atomic_store_n(&network.station, news->address, __ATOMIC_RELAXED);
+        set_state(WIFI_JOINED);
+        wifi_news(WIFI_NEWS_ADDRESS);
+        break;
     case STATION_DOWN:
     default:
-        __atomic_store_n(&network.station, news->address, __ATOMIC_RELAXED);
-        wifi_news(news->change == STATION_UP ? WIFI_NEWS_ADDRESS : WIFI_NEWS_LOST);
+        __atomic_store_n(&network.station, 0, __ATOMIC_RELAXED);
+        if (wifi_has_network() && news->address != LEFT_BY_US)
+            set_state(wifi_policy_why(news->address));
+        wifi_news(WIFI_NEWS_LOST);
         break;
     }
 }
@@ -193,7 +227,9 @@ static void run(void *unused) {
             take(&news);
         if (__atomic_load_n(&network.scanning, __ATOMIC_RELAXED) && now_ms() - network.scan_ms >= SCAN_MS)
             end_scan(0); /* the driver was switched off meanwhile, or its word was lost */
+        wifi_hold_own(__atomic_load_n(&network.hold, __ATOMIC_RELAXED));
         bool own = network.has_wifi && wifi_poll(link_policy_wifi(&network.policy, now_ms()));
+        __atomic_store_n(&network.own, own, __ATOMIC_RELAXED);
         uint32_t station = network_station_address();
         /* The address that is announced: the cable's before WiFi's, and that of the own network last. */
         uint32_t address = network.ethernet != 0 ? network.ethernet : station;
@@ -224,6 +260,7 @@ bool network_start(const struct nvs_store *store) {
         return false;
     /* After the handlers, so that no event of the drivers is missed. */
     network.has_wifi = wifi_init(store, network.name);
+    set_state(network.has_wifi && wifi_has_network() ? WIFI_JOINING : WIFI_NO_NETWORK);
     bool has_ethernet = ethernet_start(network.name);
     use_addresses(store);
     link_policy_init(&network.policy, has_ethernet, now_ms());

@@ -51,6 +51,9 @@ bool page_start(struct net_hub *hub, const char *host, const struct page_names *
     site.about = about;
     site.name = names->own;
     site.names = names->others;
+    site.network = names->network;
+    site.portal = names->portal;
+    site.setup = names->setup;
     site.ctx = hub;
     char address[NET_ADDRESS_SIZE];
     return net_http_open(&http, &site, host, port, address, error);

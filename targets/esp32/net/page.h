@@ -4,12 +4,17 @@
 #ifndef WIFICNC_ESP32_PAGE_H
 #define WIFICNC_ESP32_PAGE_H
 
+#include "net_http.h"
 #include "net_hub.h"
 
-/** Names of the page; they outlive it. */
+/** Names of the page, which outlive it, and how its network is set up. */
 struct page_names {
     const char *own;    /* of the controller in its networks */
     const char *others; /* net_http_site.names */
+    /* As in net_http_site; NULL: there is no network to set. */
+    bool (*network)(void *setup, const struct net_http_call *call, struct net_http_late *out);
+    const char *(*portal)(void *setup, uint64_t here, uint64_t peer);
+    void *setup;
 };
 
 /** Listen. @param hub  browsers become its clients

@@ -55,13 +55,15 @@ static void load_password(const struct nvs_store *store) {
 
 static bool set_network(const struct nvs_store *store) {
     char name[WIFI_SSID_MAX + 1] = "", password[WIFI_PASSWORD_MAX + 1] = "";
-    wifi_config_t config = {.sta = {.threshold = {.authmode = WIFI_AUTH_OPEN}}};
+    wifi_config_t config = {.sta = {.sae_pwe_h2e = WPA3_SAE_PWE_BOTH, .pmf_cfg = {.capable = true}}};
     size_t name_length = nvs_flash_ops_get_text(store, NVS_WIFI_SSID, name, sizeof name);
     size_t password_length = nvs_flash_ops_get_text(store, NVS_WIFI_PASSWORD, password, sizeof password);
     if (name_length == 0)
         return false;
     memcpy(config.sta.ssid, name, name_length);
     memcpy(config.sta.password, password, password_length);
+    /* With a password: WPA2 or WPA3. Else a network of the same name without one would get us. */
+    config.sta.threshold.authmode = password_length > 0 ? WIFI_AUTH_WPA2_PSK : WIFI_AUTH_OPEN;
     return esp_wifi_set_config(WIFI_IF_STA, &config) == ESP_OK;
 }
 
@@ -83,8 +85,11 @@ bool wifi_init(const struct nvs_store *store, const char *name) {
 /* ---- the task ---- */
 
 static void set_own(bool up) {
-    wifi_config_t config = {
-        .ap = {.channel = OWN_CHANNEL, .max_connection = OWN_CLIENTS, .authmode = WIFI_AUTH_WPA2_PSK}};
+    wifi_config_t config = {.ap = {.channel = OWN_CHANNEL,
+                                   .max_connection = OWN_CLIENTS,
+                                   .authmode = WIFI_AUTH_WPA2_WPA3_PSK, /* old phones know WPA2 only */
+                                   .sae_pwe_h2e = WPA3_SAE_PWE_BOTH,
+                                   .pmf_cfg = {.capable = true}}};
     if (!up) {
         (void)esp_wifi_set_mode(WIFI_MODE_STA);
         return;
@@ -134,7 +139,15 @@ void wifi_join_stored(const struct nvs_store *store) {
     if (!wifi.on)
         return;
     (void)esp_wifi_disconnect();
-    wifi_policy_init(&wifi.policy, has_network, now_ms());
+    wifi_policy_join(&wifi.policy, has_network, now_ms());
+}
+
+void wifi_hold_own(bool hold) {
+    wifi_policy_hold(&wifi.policy, hold);
+}
+
+bool wifi_has_network(void) {
+    return wifi.has_network;
 }
 
 /* ---- what else is on the air ---- */

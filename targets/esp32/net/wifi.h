@@ -49,6 +49,12 @@ bool wifi_poll(bool on);
 /** [the network task] Another network was stored: leave the one before, try the new one immediately. */
 void wifi_join_stored(const struct nvs_store *store);
 
+/** [the network task] A network is on trial: an own network that is up stays. */
+void wifi_hold_own(bool hold);
+
+/** [the network task] A network is stored. */
+bool wifi_has_network(void);
+
 /** [the network task] News of the driver's events. */
 void wifi_news(enum wifi_news news);
 

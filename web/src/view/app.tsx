@@ -35,6 +35,7 @@ function later(load: () => Promise<() => JSX.Element>): () => JSX.Element {
   };
 }
 
+const GuideTab = later(async () => (await import("./setup")).GuideTab);
 const PinsTab = later(async () => (await import("./setup")).PinsTab);
 const NetworkTab = later(async () => (await import("./setup")).NetworkTab);
 const InOutTab = later(async () => (await import("./setup")).InOutTab);
@@ -44,7 +45,8 @@ const TABS: readonly Tab[] = [
   { id: "control", title: "Control", icon: "control", view: ControlTab },
   { id: "job", title: "Job", icon: "job", view: JobTab },
   { id: "terminal", title: "Terminal", icon: "terminal", view: TerminalTab },
-  { id: "settings", title: "Settings", icon: "settings", view: SettingsTab, apart: true },
+  { id: "guide", title: "Set up", icon: "home", view: GuideTab, apart: true },
+  { id: "settings", title: "Settings", icon: "settings", view: SettingsTab },
   { id: "pins", title: "Pins", icon: "pins", view: PinsTab },
   { id: "network", title: "Network", icon: "network", view: NetworkTab },
   { id: "inout", title: "Inputs and outputs", icon: "inout", view: InOutTab },

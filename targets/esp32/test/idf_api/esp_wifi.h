@@ -14,15 +14,22 @@ typedef enum { WIFI_EVENT_SCAN_DONE = 1, WIFI_EVENT_STA_DISCONNECTED = 5 } wifi_
 
 typedef enum { WIFI_MODE_NULL, WIFI_MODE_STA, WIFI_MODE_AP, WIFI_MODE_APSTA } wifi_mode_t;
 typedef enum { WIFI_IF_STA, WIFI_IF_AP } wifi_interface_t;
-typedef enum { WIFI_AUTH_OPEN, WIFI_AUTH_WPA2_PSK = 3 } wifi_auth_mode_t;
+typedef enum { WIFI_AUTH_OPEN, WIFI_AUTH_WPA2_PSK = 3, WIFI_AUTH_WPA2_WPA3_PSK = 7 } wifi_auth_mode_t;
+typedef enum { WPA3_SAE_PWE_UNSPECIFIED, WPA3_SAE_PWE_BOTH = 3 } wifi_sae_pwe_method_t;
 typedef enum { WIFI_PS_NONE } wifi_ps_type_t;
 typedef enum { WIFI_STORAGE_FLASH, WIFI_STORAGE_RAM } wifi_storage_t;
+
+typedef struct {
+    bool capable, required;
+} wifi_pmf_config_t;
 
 typedef struct {
     uint8_t ssid[32], password[64];
     struct {
         wifi_auth_mode_t authmode;
     } threshold;
+    wifi_pmf_config_t pmf_cfg;
+    wifi_sae_pwe_method_t sae_pwe_h2e;
 } wifi_sta_config_t;
 
 typedef struct {
@@ -30,6 +37,8 @@ typedef struct {
     uint8_t ssid_len, channel;
     wifi_auth_mode_t authmode;
     uint8_t max_connection;
+    wifi_pmf_config_t pmf_cfg;
+    wifi_sae_pwe_method_t sae_pwe_h2e;
 } wifi_ap_config_t;
 
 typedef union {
@@ -42,6 +51,11 @@ typedef struct {
     int8_t rssi;
     wifi_auth_mode_t authmode;
 } wifi_ap_record_t;
+
+typedef struct {
+    uint8_t ssid[32], ssid_len, bssid[6], reason;
+    int8_t rssi;
+} wifi_event_sta_disconnected_t;
 
 typedef struct {
     uint8_t *ssid;

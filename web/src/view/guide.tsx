@@ -1,0 +1,329 @@
+/** Set a machine up for the first time, step by step. It writes settings as the tab Settings does, says which, and can
+ * be left and continued. */
+import { computed, effect, signal } from "@preact/signals";
+import type { JSX } from "preact";
+import { attempt, controller, noHoming, noMotion, store, stored } from "../app";
+import { corrected, flipped, measure, readProgress, stepsPerMm } from "../link/guide";
+import { Jogger } from "../link/jog";
+import { importText, same, sendingOrder } from "../link/settingsfile";
+import { AXES, findSetting, settingNumber, settingProblem } from "../tables";
+import { Button, Card, Field, FileButton, Notice } from "./parts";
+
+const KEY = "wificnc.guide";
+const JOG_MM = 5;
+const MEASURED_MM = 50;
+const FEED = 600;
+const [STEPS, RATE, ACCELERATION, TRAVEL] = ["steps_per_mm", "max_rate_mm_min", "acceleration_mm_s2", "max_travel_mm"].map(settingNumber) as [number, number, number, number];
+const [DIRECTIONS, LIMITS, HOMING, HOME_DIRECTIONS] = ["dir_invert_mask", "limit_invert", "homing", "homing_dir_mask"].map(settingNumber) as [number, number, number, number];
+
+const PARTS: readonly { title: string; view: () => JSX.Element }[] = [
+  { title: "Machine", view: Machine },
+  { title: "Switches", view: Switches },
+  { title: "Directions", view: Directions },
+  { title: "Steps per mm", view: Measure },
+  { title: "Homing", view: Homing },
+  { title: "First move", view: FirstMove },
+];
+
+const progress = signal(readProgress(stored(KEY), PARTS.length));
+effect(() => store(KEY, JSON.stringify(progress.value)));
+
+const jogger = new Jogger(controller);
+const axes = computed(() => [...AXES.slice(0, controller.axisCount.value)]);
+const now = (number: number): string => controller.settings.value.get(number) ?? "";
+/** What was typed, by field. */
+const typed = signal<Readonly<Record<string, string>>>({});
+
+function go(step: number): void {
+  progress.value = { ...progress.value, step };
+}
+
+/** Send what differs, one after the other, and note what was written. Rejects with the first refusal. */
+async function write(values: ReadonlyMap<number, string>): Promise<void> {
+  if (controller.state.value !== "Alarm") await controller.rest(); // a jog may have been sent just before
+  for (const number of sendingOrder(values.keys())) {
+    const [before, after] = [now(number), values.get(number)!];
+    const setting = findSetting(number);
+    if (before === "" || !setting || same(setting.row, before, after)) continue;
+    const problem = settingProblem(setting.row, after);
+    if (problem) throw new Error(`$${number} ${setting.row.name}: ${problem}`);
+    await controller.send(`$${number}=${after}`);
+    const line = `$${number} ${setting.row.name} ${setting.axis}: ${Number(before)} → ${Number(after)}`;
+    progress.value = { ...progress.value, written: [...progress.value.written, line] };
+  }
+  await controller.send("$$");
+}
+
+export function GuideTab(): JSX.Element {
+  const { step, written } = progress.value;
+  const part = PARTS[step]!;
+  const View = part.view;
+  if (controller.settings.value.size === 0 || controller.axisCount.value === 0)
+    return (
+      <Card title="Set up the machine">
+        <p class="soft">Connect to a controller to set up its machine.</p>
+      </Card>
+    );
+  return (
+    <div class="columns">
+      <div class="w7 stack">
+        <Card title={`${step + 1}. ${part.title}`}>
+          <div class="row" role="group" aria-label="Steps of the guide">
+            {PARTS.map(({ title }, i) => (
+              <Button key={title} size="small" pressed={i === step} onClick={() => go(i)}>
+                {title}
+              </Button>
+            ))}
+          </div>
+          <View />
+          <div class="row">
+            {step > 0 && <Button onClick={() => go(step - 1)}>Back</Button>}
+            {step + 1 < PARTS.length && (
+              <Button kind="primary" onClick={() => go(step + 1)} testId="guide-next">
+                Next
+              </Button>
+            )}
+          </div>
+        </Card>
+      </div>
+      <div class="w5 stack">
+        <Card title="Written by this guide">
+          {written.length === 0 ? <p class="soft">Nothing yet.</p> : null}
+          <ol class="small mono" data-test="guide-written">
+            {written.map((line, i) => (
+              <li key={i}>{line}</li>
+            ))}
+          </ol>
+          <p class="small faint">You can leave the guide and continue later. Settings has all of it.</p>
+        </Card>
+      </div>
+    </div>
+  );
+}
+
+function NumberField(props: { id: string; label: string; initial: string; hint?: string }): JSX.Element {
+  const text = typed.value[props.id] ?? props.initial;
+  return (
+    <Field label={props.label} hint={props.hint}>
+      <input
+        class="input"
+        inputmode="decimal"
+        value={text}
+        aria-invalid={measure(text) === null}
+        data-test={`guide-${props.id}`}
+        onInput={(event) => (typed.value = { ...typed.value, [props.id]: event.currentTarget.value })}
+      />
+    </Field>
+  );
+}
+
+function read(id: string, initial: string): number {
+  const value = measure(typed.value[id] ?? initial);
+  if (value === null) throw new Error(`${typed.value[id] ?? initial}: a number above 0 is needed`);
+  return value;
+}
+
+const QUESTIONS = [
+  { id: "travel", number: TRAVEL, label: "Travel, mm" },
+  { id: "rate", number: RATE, label: "Fastest feed, mm/min" },
+  { id: "acceleration", number: ACCELERATION, label: "Acceleration, mm/s²" },
+] as const;
+
+function Machine(): JSX.Element {
+  const useFile = (file: File): Promise<void> =>
+    attempt(async () => {
+      const values = importText(await file.text());
+      await write(new Map([...values].filter(([number]) => now(number) !== "")));
+      typed.value = {};
+      go(1);
+    });
+  const apply = (): Promise<void> =>
+    attempt(async () => {
+      const values = new Map<number, string>();
+      axes.value.forEach((axis, i) => {
+        for (const { id, number } of QUESTIONS) values.set(number + i, String(read(`${id}-${axis}`, now(number + i))));
+        const turn = typed.value[`turn-${axis}`];
+        if (turn) values.set(STEPS + i, stepsPerMm(read("full", "200"), read("micro", "16"), read(`turn-${axis}`, "")).toFixed(3));
+      });
+      await write(values);
+      typed.value = {};
+      go(1);
+    });
+  return (
+    <>
+      <p>Use the file of your machine, or answer the questions below. Measured values are better than those of a shop.</p>
+      <div class="row">
+        <FileButton accept=".toml,.txt" onFile={(file) => void useFile(file)} testId="guide-file">
+          Machine profile or settings file
+        </FileButton>
+      </div>
+      <div class="row">
+        <NumberField id="full" label="Full steps per turn" initial="200" hint="1.8° motors have 200." />
+        <NumberField id="micro" label="Microsteps" initial="16" hint="Set at the driver." />
+      </div>
+      {axes.value.map((axis, i) => (
+        <fieldset key={axis} class="row">
+          <legend>{axis}</legend>
+          {QUESTIONS.map(({ id, number, label }) => (
+            <NumberField key={id} id={`${id}-${axis}`} label={label} initial={String(Number(now(number + i)))} />
+          ))}
+          <Field label="mm per turn" hint={`empty: stays ${Number(now(STEPS + i))} steps/mm`}>
+            <input
+              class="input"
+              inputmode="decimal"
+              value={typed.value[`turn-${axis}`] ?? ""}
+              data-test={`guide-turn-${axis}`}
+              onInput={(event) => (typed.value = { ...typed.value, [`turn-${axis}`]: event.currentTarget.value })}
+            />
+          </Field>
+        </fieldset>
+      ))}
+      <p class="small faint">A screw moves its lead per turn, a GT2 belt 2 mm for each tooth of the pulley.</p>
+      <Button kind="primary" why={noHoming.value} onClick={() => void apply()} testId="guide-apply">
+        Write and continue
+      </Button>
+    </>
+  );
+}
+
+/** Axis -> it was seen open and pressed. */
+const seen = signal<Readonly<Record<string, number>>>({});
+effect(() => {
+  const pins = controller.status.value?.pins ?? "";
+  if (!controller.connected.value || progress.value.step !== 1) return;
+  const next = Object.fromEntries(axes.value.map((axis) => [axis, (seen.peek()[axis] ?? 0) | (pins.includes(axis) ? 2 : 1)]));
+  if (axes.value.some((axis) => next[axis] !== seen.peek()[axis])) seen.value = next;
+});
+
+function Switches(): JSX.Element {
+  const pins = controller.status.value?.pins ?? "";
+  const all = axes.value.every((axis) => pins.includes(axis));
+  const invert = (): Promise<void> =>
+    attempt(async () => {
+      await write(new Map([[LIMITS, now(LIMITS) === "1" ? "0" : "1"]]));
+      seen.value = {};
+    });
+  return (
+    <>
+      <p>Press each limit switch by hand, with the machine at rest. Axes without a switch can be left out.</p>
+      <ul class="bare stack">
+        {axes.value.map((axis) => (
+          <li key={axis} class="row between" data-test={`guide-switch-${axis}`}>
+            <b>{axis}</b>
+            <span>{pins.includes(axis) ? "pressed" : "open"}</span>
+            <span>{seen.value[axis] === 3 ? "✓ works" : "press and release it"}</span>
+          </li>
+        ))}
+      </ul>
+      {all && <Notice kind="warn" title="All switches read as pressed" text="Then they close when they are free, or are not connected. Invert them if they are normally closed." />}
+      <Button why={noHoming.value} onClick={() => void invert()} testId="guide-invert">
+        Invert the limit switches
+      </Button>
+    </>
+  );
+}
+
+function Jogs({ axis, distance }: { axis: string; distance: number }): JSX.Element {
+  return (
+    <>
+      {[-1, 1].map((sign) => (
+        <Button key={sign} why={noMotion.value} onClick={() => void attempt(() => jogger.step({ [axis]: sign }, distance, FEED))} testId={`guide-jog-${axis}${sign < 0 ? "−" : "+"}`}>
+          {`${axis} ${sign < 0 ? "−" : "+"}${distance}`}
+        </Button>
+      ))}
+    </>
+  );
+}
+
+function At({ axis }: { axis: number }): JSX.Element {
+  return (
+    <b class="mono" data-test={`guide-at-${AXES[axis]}`}>
+      {(controller.workPosition.value[axis] ?? 0).toFixed(3)}
+    </b>
+  );
+}
+
+function Directions(): JSX.Element {
+  const flip = (axis: number): Promise<void> => attempt(() => write(new Map([[DIRECTIONS, String(flipped(Number(now(DIRECTIONS)), axis))]])));
+  return (
+    <>
+      <p>Keep a hand at the e-stop. + moves the tool to the right (X), away from you (Y) and up (Z), seen from the work; a table moves the other way.</p>
+      {axes.value.map((axis, i) => (
+        <div key={axis} class="row">
+          <Jogs axis={axis} distance={JOG_MM} />
+          <At axis={i} />
+          <Button why={noHoming.value} onClick={() => void flip(i)} testId={`guide-flip-${axis}`}>
+            {`${axis} moved the wrong way`}
+          </Button>
+        </div>
+      ))}
+    </>
+  );
+}
+
+function Measure(): JSX.Element {
+  const correct = (axis: string, i: number): Promise<void> =>
+    attempt(async () => {
+      const steps = corrected(Number(now(STEPS + i)), MEASURED_MM, read(`measured-${axis}`, ""));
+      await write(new Map([[STEPS + i, steps.toFixed(3)]]));
+      typed.value = { ...typed.value, [`measured-${axis}`]: "" };
+    });
+  return (
+    <>
+      <p>Jog by {MEASURED_MM} mm in one direction, first to take up the backlash, then to measure. Enter the distance of the second jog.</p>
+      {axes.value.map((axis, i) => (
+        <div key={axis} class="row">
+          <Jogs axis={axis} distance={MEASURED_MM} />
+          <NumberField id={`measured-${axis}`} label={`${axis} measured, mm`} initial="" />
+          <Button why={noHoming.value} onClick={() => void correct(axis, i)} testId={`guide-correct-${axis}`}>
+            Correct
+          </Button>
+        </div>
+      ))}
+    </>
+  );
+}
+
+function Homing(): JSX.Element {
+  const homes = now(HOMING) === "1";
+  const flip = (axis: number): Promise<void> => attempt(() => write(new Map([[HOME_DIRECTIONS, String(flipped(Number(now(HOME_DIRECTIONS)), axis))]])));
+  return (
+    <>
+      <p>With switches, the controller finds its position at every start. Keep a hand at Reset: it must stop when a switch does not.</p>
+      <div class="row">
+        <Button why={noHoming.value} onClick={() => void attempt(() => write(new Map([[HOMING, homes ? "0" : "1"]])))} testId="guide-homing">
+          {homes ? "Do without homing" : "Switch homing on"}
+        </Button>
+        {axes.value.map((axis, i) => (
+          <Button key={axis} why={noHoming.value} onClick={() => void flip(i)}>
+            {`${axis} homes to ${Number(now(HOME_DIRECTIONS)) & (1 << i) ? "−" : "+"}`}
+          </Button>
+        ))}
+      </div>
+      <div class="row">
+        <Button kind="primary" icon="home" why={noHoming.value || (!homes && "Switch homing on first.")} onClick={() => void attempt(() => controller.send("$H"))} testId="guide-home">
+          Home now
+        </Button>
+        <Button kind="danger" icon="stop" onClick={() => controller.reset()} testId="guide-reset">
+          Reset
+        </Button>
+      </div>
+      {controller.homed.value !== "" && <Notice kind="good" title={`Homed: ${controller.homed.value}`} text="" />}
+    </>
+  );
+}
+
+function FirstMove(): JSX.Element {
+  return (
+    <>
+      <p>Move each axis there and back. The position must show what the machine does.</p>
+      {axes.value.map((axis, i) => (
+        <div key={axis} class="row">
+          <Jogs axis={axis} distance={JOG_MM} />
+          <At axis={i} />
+        </div>
+      ))}
+      <Notice kind="good" title="The machine is set up" text="Export the settings (tab Settings), and keep the file. Next: load a job." />
+    </>
+  );
+}
