@@ -59,7 +59,7 @@ def part_of(name: str) -> int | None:
 
 
 def build_driver(root: Path) -> Path:
-    """tools/bench/drive.c with as many axes as the chip's board, and beside it the linker's map, drive.map. Raises
+    """tools/bench/drive.c with as many axes as the chip's board; the linker's map is drive.map. Raises
     BuildError with what the compiler said."""
     folder = root / "build" / "mips" / "count"
     sizes = folder / "sizes" / "hal" / "core_sizes.h"
