@@ -18,7 +18,7 @@ from wificnc.serve.options import Address, ServeOptions
 from wificnc.serve.server import Server
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="a pty plays the serial port")
-SETTINGS = ("$30=24000", "$395=5", "$340=10", "$110=5000", "$120=500")
+SETTINGS = ("$30=24000", "$395=5", "$375=250", "$340=10", "$110=5000", "$120=500")
 
 
 class Line:
