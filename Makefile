@@ -44,7 +44,7 @@ help:
 	@echo 'make bench-linuxcnc  what the component of LinuxCNC takes of the processor, and how far the feedback is behind'
 	@echo 'make release what people download, into dist/: of the boards that are built or can be built here'
 	@echo 'make docs    the documentation as a site, into build/site'
-	@echo 'make pictures  those of docs/motion.md, drawn from what the planner does'
+	@echo 'make pictures  those of docs/motion.md, drawn from what the planner does, and of docs/wiring'
 	@echo 'make generate  write every generated file, from the tables in protocol/, boards/ and core/'
 	@echo 'make web     the page for browsers (web/dist); needs Node.js'
 	@echo 'make format  let the formatters mend what they can'
@@ -115,7 +115,7 @@ docs: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m pages
 
 pictures: $(VENV)/.ready-dev
-	@cd tools && $(abspath $(PY)) -m motion.pictures
+	@cd tools && $(abspath $(PY)) -m wiring.pictures && $(abspath $(PY)) -m motion.pictures
 
 generate: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m generate

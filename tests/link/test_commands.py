@@ -15,6 +15,8 @@ from core_bridge import FAST, Bridge
 from patience import HANG_S
 from wificnc.app import root
 from wificnc.errors import Exit, LinkError, ProtocolError, RefusedError, UserError
+from wificnc.link.settings import name_of
+from wificnc.machine import find_machines, load_machine
 
 
 def run(*arguments: str, stdin: str | None = None) -> Result:
@@ -85,6 +87,43 @@ def test_settings(target: Bridge, tmp_path: Path) -> None:
         run("settings", "import", str(file))
     run("settings", "import", str(file), "--yes")
     assert run("settings", "diff", str(file)).exit_code == 0
+
+
+@pytest.mark.parametrize("by", ["name", "file"])
+def test_a_machine_profile_is_imported(target: Bridge, tmp_path: Path, by: str) -> None:
+    """Its own values are those of the controller after it, and nothing else has changed."""
+    before = dict(json.loads(run("settings", "get", "--json").stdout))
+    profile = "shapeoko3" if by == "name" else str(find_machines()["shapeoko3"])
+    assert run("settings", "diff", profile).exit_code == Exit.JOB
+    run("settings", "import", profile, "--yes")
+    after = json.loads(run("settings", "get", "--json").stdout)
+    given = {name_of(number): value for number, value in load_machine("shapeoko3").settings().items()}
+    known = {name: value for name, value in given.items() if name in before}
+    assert known and after == {**before, **{name: pytest.approx(value) for name, value in known.items()}}
+    assert run("settings", "import", profile, "--yes").stderr.endswith("nothing to change\n")
+
+
+def test_what_another_controller_printed_is_imported(target: Bridge, tmp_path: Path) -> None:
+    file = tmp_path / "grbl.txt"
+    file.write_text("Grbl 1.1f ['$' for help]\r\n$$\r\n$0=10\r\n$110=750.000 (x max rate, mm/min)\r\n$37=1\r\nok\r\n")
+    result = run("settings", "import", str(file), "--yes")
+    assert "does not have $37: skipped" in result.stderr
+    assert run("settings", "get", "$110").stdout == "750.000\n"
+    assert run("settings", "get", "$0").stdout == "10\n"
+
+
+def test_a_line_that_is_no_setting_changes_nothing(target: Bridge, tmp_path: Path) -> None:
+    file = tmp_path / "grbl.txt"
+    file.write_text("$0=10\n$110=75O\n")
+    with pytest.raises(UserError, match=r":2: '\$110=75O' is not like"):
+        run("settings", "import", str(file), "--yes")
+    assert run("settings", "get", "$0").stdout != "10\n"
+
+
+def test_a_profile_that_does_not_exist_is_not_imported(target: Bridge) -> None:
+    with pytest.raises(UserError, match="shapeoko4") as refused:
+        run("settings", "import", "shapeoko4", "--yes")
+    assert "shapeoko3" in (refused.value.hint or "")
 
 
 def test_homing_is_switched_on_before_soft_limits(target: Bridge, tmp_path: Path) -> None:

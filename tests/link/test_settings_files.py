@@ -85,6 +85,12 @@ def test_a_laser_curve_ascends_after_each_value(after: tuple[int, ...]) -> None:
     assert points == wanted
 
 
+def test_a_driver_is_given_up_before_another_axis_gets_it() -> None:
+    before, after = {210: "6", 211: "0"}, {210: "0", 211: "6"}
+    assert [change.number for change in sending_order(differences(before, after))] == [210, 211]
+    assert [change.number for change in sending_order(differences(after, before))] == [211, 210]
+
+
 def test_differences() -> None:
     assert same(110, "5000", "5000.000")
     assert not same(110, "5000", "5000.001")

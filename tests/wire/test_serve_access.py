@@ -63,7 +63,7 @@ def at_rest(device: Device) -> bool:
 
 def settled(device: Device) -> int:
     """X, when all of a motion that was sent before would be done: the answer to a request is behind it, reports of
-    before are thrown away, and then the controller's own clock goes on for longer than the motion takes."""
+    before are thrown away, and then the controller's own clock runs for longer than the motion takes."""
     device.request(Statistics(), StatisticsResponse)
     listener = device.listen()
     listener.setblocking(False)

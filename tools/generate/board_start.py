@@ -44,7 +44,7 @@ def start_text(board: Board, firmware: str) -> str:
             (_ESP32 if is_esp32 else _PIC32MZ).format(
                 board=board, boot=BOOT_HINT, console=CONSOLE, tx=pins.get("console TX"), rx=pins.get("console RX")
             ),
-            (_MACHINE_ESP32 if is_esp32 else _MACHINE).format(board=board),
+            (_MACHINE_ESP32 if is_esp32 else _MACHINE).format(board=board, console=CONSOLE),
             *([_network(board)] if is_esp32 else []),
             _MOVES.format(console=CONSOLE),
         ]
@@ -73,6 +73,8 @@ within reach.
 """
 
 _WIRING = """## 1. Wire it
+
+[Wiring](../wiring/README.md) shows what is connected to these pins: drivers, switches, spindle, laser, probe.
 
 {notes}
 
@@ -132,8 +134,8 @@ wificnc login 192.168.1.20         # asks for it; for a day all programs of this
 Who may command the machine over the network, and how to let a sender, a phone or LinuxCNC in:
 [security.md](../security.md).
 
-Without a cable: connect a phone to its own network, `WiFiCNC-XXXX`; the page that chooses the network opens by itself, or is at
-`http://192.168.4.1/setup.html` ([first contact](../web.md#first-contact)).
+Without a cable: connect a phone to its own network, `WiFiCNC-XXXX`; the page that chooses the network opens by itself,
+or is at `http://192.168.4.1/setup.html` ([first contact](../web.md#first-contact)).
 
 Until it joins a network it opens its own one, with the address 192.168.4.1.{ethernet} It prints its
 address on the serial ports whenever that changes. Senders connect to TCP port 23.
@@ -148,21 +150,26 @@ wificnc nvs build shapeoko3 --board {board.id}     # or your own machine profile
 wificnc nvs flash nvs.bin
 ```
 
-This replaces all stored data. Or type the settings: `$100` to `$105` steps/mm, `$110` maximum speeds, `$120`
-accelerations, `$130` travels ([settings.md](../settings.md)). A machine with fewer axes than the board: `$79`, which
-the profile sets; from the next start on the others are gone.
+This replaces all stored data. `wificnc settings import shapeoko3` writes the same settings and leaves the rest. Or type
+them: `$100` to `$105` steps/mm, `$110` maximum speeds, `$120` accelerations, `$130` travels
+([settings.md](../settings.md)). A machine with fewer axes than the board: `$79`, which the profile sets; from the next
+start on the others are gone.
 """
 
 _MACHINE = """## 3. Set up the machine
 
-`$100` to `$105` steps/mm, `$110` maximum speeds, `$120` accelerations, `$130` travels
-([settings.md](../settings.md)): typed into `wificnc monitor`, or `wificnc settings set
-'steps_per_mm.x=40'`. `wificnc settings export` saves them in a file. A machine with fewer axes than the board:
-`$79=3`; from the next start on the others are gone.
+```
+wificnc settings import shapeoko3 --to {console}     # or your own machine profile: examples/machines
+```
+
+Or type the settings: `$100` to `$105` steps/mm, `$110` maximum speeds, `$120` accelerations, `$130` travels
+([settings.md](../settings.md)). `wificnc settings export` saves them in a file. A machine with fewer axes than the
+board: `$79`, which the profile sets; from the next start on the others are gone.
 """
 
 _MOVES = """## The first moves
 
+In short; [First move](../first-move.md) has each step with its tables, [First cut](../first-cut.md) what follows.
 Switch on the motor supply.
 
 ```

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from wificnc import ui
+from wificnc.checked.tomlfile import read_toml
 from wificnc.commands._output import OutputFile
 from wificnc.commands._target import controller_option, json_option
 from wificnc.errors import Exit, JobError, RefusedError, UserError
@@ -22,13 +24,16 @@ from wificnc.link.settings import (
     differences,
     export_text,
     find,
+    has_dollar_lines,
     known,
     name_of,
     out_of_range,
+    read_dollar_lines,
     read_file,
     sending_order,
 )
 from wificnc.link.target import is_target
+from wificnc.machine.load import load_machine
 from wificnc.output import STDOUT, write_output
 
 CONTROLLER = "controller"
@@ -99,13 +104,17 @@ def export(file: Path, target: Target, as_json: bool) -> None:
 
 
 @command.command(name="import")
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file")
 @controller_option
 @click.option("-y", "--yes", is_flag=True, help="Without asking.")
 @json_option
-def import_(file: Path, target: Target, yes: bool, as_json: bool) -> None:
-    """Write the settings of FILE to the controller. Shows the changes and asks for confirmation."""
-    wanted = read_file(file)
+def import_(file: str, target: Target, yes: bool, as_json: bool) -> None:
+    """Write the settings of FILE to the controller. Shows the changes and asks for confirmation.
+
+    FILE is one that `export` wrote, what `$$` printed on any Grbl controller, a machine profile, or the name of a
+    profile that comes with WiFiCNC, such as shapeoko3. Settings that FILE does not have stay as they are.
+    """
+    wanted = read_values(file)
     with ready(target) as client:
         before = client.settings()
         if missing := sorted(number for number in wanted if number not in before):
@@ -132,7 +141,7 @@ def import_(file: Path, target: Target, yes: bool, as_json: bool) -> None:
 @json_option
 @click.pass_context
 def diff(ctx: click.Context, before: str, after: str, target: str | None, as_json: bool) -> None:
-    """Compare two files, or a file and the controller (`controller`, or its target).
+    """Compare two files or machine profiles, or one and the controller (`controller`, or its target).
 
     Exit code 1 if they differ, as with diff.
     """
@@ -177,10 +186,21 @@ def read_side(side: str, target: str | None) -> Values:
     if is_target(side) and not Path(side).is_file():
         return read_controller(Target(side))
     if side != CONTROLLER:
-        return read_file(Path(side))
+        return read_values(side)
     if target is None:
         raise UserError("which controller?", hint="--to TARGET, or set WIFICNC_TO")
     return read_controller(Target(target))
+
+
+def read_values(file: str) -> Values:
+    """Of an exported file, of what `$$` printed, or of a machine profile: that has a name."""
+    path = Path(file)
+    with suppress(OSError):  # read_toml() reports it
+        text = path.read_text(encoding="utf-8", errors="replace")
+        if has_dollar_lines(text):
+            return read_dollar_lines(path, text)
+    is_profile = "name" in read_toml(path).data if path.is_file() else not path.suffix and path.name == file
+    return load_machine(file).settings_texts() if is_profile else read_file(path)
 
 
 def apply(client: Client, changes: Sequence[Change]) -> None:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from wificnc.checked.problem import FileProblems, Finding
+from wificnc.checked.problem import FileProblems, Finding, Problem
 from wificnc.checked.shape import closest, locate
 from wificnc.checked.tomlfile import TomlFile, read_toml
 from wificnc.errors import UserError
@@ -20,6 +20,7 @@ from wificnc.protocol import AXES, Setting, load_settings
 SCHEMA = 1
 FIRST_OF_ALL = 22  # $20 asks for it, so it goes before
 ASCENDING = range(94, 98)  # the laser's curve, after each of its points, too
+SECOND_MOTORS = range(210, 216)  # two axes never have the same driver, so one gives it up first
 
 Values = dict[int, str]  # $N -> as $$ prints it
 
@@ -115,11 +116,13 @@ def out_of_range(changes: list[Change]) -> list[str]:
 
 
 def sending_order(changes: list[Change]) -> list[Change]:
-    """Ascending, but homing first: soft limits ask for it. Points of the laser's curve that rise begin at the top."""
+    """Ascending, but homing first: soft limits ask for it. Points of the laser's curve that rise begin at the top. A
+    driver is given up before another axis gets it."""
 
     def place(change: Change) -> tuple[int, int]:
         rises = change.number in ASCENDING and float(change.after or 0) > float(change.before or 0)
-        rank = 0 if change.number == FIRST_OF_ALL else 1 if rises else 2
+        gives_up = change.number in SECOND_MOTORS and change.after == "0"
+        rank = 0 if change.number == FIRST_OF_ALL else 1 if rises or gives_up else 2
         return rank, -change.number if rises else change.number
 
     return sorted(changes, key=place)
@@ -170,6 +173,33 @@ def read_file(path: Path) -> Values:
     findings = list(_take_file(source, values))
     if findings:
         raise FileProblems(locate(findings, source))
+    return values
+
+
+_DOLLAR = re.compile(r"\$(\d{1,5})\s*=\s*(-?\d*\.?\d+)\s*(?:[(;].*)?")
+_NO_SETTING = re.compile(r"(?:ok|\$\$|[;(#<\[].*|Grbl .*)?")
+
+
+def has_dollar_lines(text: str) -> bool:
+    """Whether a file is what `$$` printed, and no TOML."""
+    return re.search(r"^\s*\$\d+\s*=", text, re.MULTILINE) is not None
+
+
+def read_dollar_lines(path: Path, text: str) -> Values:
+    """The values of lines like `$110=5000.000 (x max rate, mm/min)`, as senders save them.
+
+    Raises:
+        FileProblems: a line that is neither a setting nor an answer around settings.
+    """
+    values: Values = {}
+    problems = []
+    for number, line in enumerate(map(str.strip, text.splitlines()), start=1):
+        if match := _DOLLAR.fullmatch(line):
+            values[int(match[1])] = match[2]
+        elif not _NO_SETTING.fullmatch(line):
+            problems.append(Problem(path, number, "setting-line", "", f"{line[:60]!r} is not like $110=5000"))
+    if problems:
+        raise FileProblems(problems)
     return values
 
 

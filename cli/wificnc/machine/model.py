@@ -256,6 +256,10 @@ class Machine(_Table):
         values = sorted(self.settings().items(), key=lambda item: (item[0] != homing, item not in given_up, item[0]))
         return [f"${number}={_text(value)}" for number, value in values]
 
+    def settings_texts(self) -> dict[int, str]:
+        """Number -> value as the controller reads it, of every setting that this profile gives."""
+        return {number: _text(value) for number, value in self.settings().items()}
+
 
 def _text(value: Value) -> str:
     """A value as the controller reads it: three decimals, more when they are needed, never an exponent."""
