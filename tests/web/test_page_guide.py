@@ -11,9 +11,7 @@ from playwright.sync_api import expect
 AXE = Path(__file__).parents[2] / "web" / "node_modules" / "axe-core" / "axe.min.js"
 
 
-def test_a_machine_is_set_up_step_by_step(socket_link: Callable[..., Console]) -> None:
-    console = socket_link()
-    console.tab("guide")
+def answer_questions(console: Console) -> None:
     written = console.by("guide-written")
     console.by("guide-travel-X").fill("420")
     console.by("guide-rate-X").fill("5000")
@@ -33,6 +31,8 @@ def test_a_machine_is_set_up_step_by_step(socket_link: Callable[..., Console]) -
         ]
     )
 
+
+def try_switch(console: Console) -> None:
     expect(console.page.get_by_role("heading", name="2. Switches")).to_be_visible()
     switch = console.by("guide-switch-X")
     expect(switch).to_contain_text("press and release it")
@@ -43,11 +43,23 @@ def test_a_machine_is_set_up_step_by_step(socket_link: Callable[..., Console]) -
     expect(console.by("guide-switch-Y")).to_contain_text("press and release it")
     console.by("guide-next").click()
 
+
+def turn_direction(console: Console) -> None:
+    written = console.by("guide-written")
     console.by("guide-jog-X+").click()
     expect(console.page.locator("[data-test=guide-at-X]")).to_have_text("5.000")
     console.is_in("Idle")
     console.by("guide-flip-X").click()
     expect(written.locator("li").last).to_have_text("$3 dir_invert_mask : 0 → 1")
+
+
+def test_a_machine_is_set_up_step_by_step(socket_link: Callable[..., Console]) -> None:
+    console = socket_link()
+    console.tab("guide")
+    written = console.by("guide-written")
+    answer_questions(console)
+    try_switch(console)
+    turn_direction(console)
 
     console.page.reload()  # left, and continued
     console.is_in("Idle")

@@ -134,8 +134,8 @@ wificnc login 192.168.1.20         # asks for it; for a day all programs of this
 Who may command the machine over the network, and how to let a sender, a phone or LinuxCNC in:
 [security.md](../security.md).
 
-Without a cable: connect a phone to its own network, `WiFiCNC-XXXX`; the page that chooses the network opens by itself, or is at
-`http://192.168.4.1/setup.html` ([first contact](../web.md#first-contact)).
+Without a cable: connect a phone to its own network, `WiFiCNC-XXXX`; the page that chooses the network opens by itself,
+or is at `http://192.168.4.1/setup.html` ([first contact](../web.md#first-contact)).
 
 Until it joins a network it opens its own one, with the address 192.168.4.1.{ethernet} It prints its
 address on the serial ports whenever that changes. Senders connect to TCP port 23.

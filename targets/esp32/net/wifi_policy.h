@@ -4,8 +4,8 @@
  *   no network name stored      -> own network immediately
  *   connecting fails or is lost -> again after 1 s, 2 s, 4 s ... 60 s
  *   not connected for a minute  -> own network as well, while the tries continue; off again when connected
- *   another network is tried    -> an own network that is up stays until the trial ends: a phone in it is
- * told how it went */
+ *   another network is tried    -> an own network that is up stays until the trial ends: a phone in it shows
+ *                                  how it went */
 #ifndef WIFICNC_ESP32_WIFI_POLICY_H
 #define WIFICNC_ESP32_WIFI_POLICY_H
 

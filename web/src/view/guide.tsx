@@ -70,7 +70,7 @@ export function GuideTab(): JSX.Element {
         <Card title={`${step + 1}. ${part.title}`}>
           <div class="row" role="group" aria-label="Steps of the guide">
             {PARTS.map(({ title }, i) => (
-              <Button key={title} size="small" pressed={i === step} onClick={() => go(i)}>
+              <Button key={title} size="small" kind={i === step ? "primary" : "plain"} pressed={i === step} onClick={() => go(i)}>
                 {title}
               </Button>
             ))}
@@ -109,7 +109,7 @@ function NumberField(props: { id: string; label: string; initial: string; hint?:
         class="input"
         inputmode="decimal"
         value={text}
-        aria-invalid={measure(text) === null}
+        aria-invalid={text !== "" && measure(text) === null}
         data-test={`guide-${props.id}`}
         onInput={(event) => (typed.value = { ...typed.value, [props.id]: event.currentTarget.value })}
       />
