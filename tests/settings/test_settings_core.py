@@ -42,7 +42,7 @@ def field(settings: Settings, item: Numbered) -> float:
 
 
 # setting -> others and the values of them that allow any value of the first
-NEEDS = {20: [(22, 1)], 32: [(34, 0)], 34: [(32, 0)], 35: [(36, 100)], 36: [(35, 0)]}
+NEEDS = {20: [(22, 1)], 32: [(34, 0), (395, 0)], 34: [(32, 0)], 35: [(36, 100)], 36: [(35, 0)], 395: [(32, 0)]}
 LOWEST, HIGHEST = ({number: number - 94 + first for number in range(94, 98)} for first in (1, 96))
 for number in LOWEST:  # which ascend
     below, above = range(94, number), range(97, number, -1)
