@@ -29,8 +29,8 @@ def test_units() -> None:
 @pytest.mark.parametrize("board_id", ESP32_BOARDS)
 @pytest.mark.parametrize("kind", ["output", "input"])
 def test_the_page_allows_the_pins_that_the_firmware_allows(board_id: str, kind: str) -> None:
-    tables = json.loads((ROOT / "web/src/generated/tables.json").read_text())
-    board = next(row for row in tables["boards"] if row["id"] == board_id)
+    boards = json.loads((ROOT / "web/src/generated/boards.json").read_text())
+    board = next(row for row in boards if row["id"] == board_id)
     allowed = [f"{pin['number']}u" for pin in board["pins"] if pin[kind] is None]
     define = f"BOARD_FREE_{kind.upper()}_PINS"
     line = next(line for line in pin_header_text(load_board(board_id)).splitlines() if define in line)

@@ -1,6 +1,6 @@
 """The tables that the web page is built with.
 
-web/src/generated/tables.json comes from protocol/*.toml, boards/*.toml, targets/*/pins*.toml, core/gcode/status.h,
+web/src/generated/tables.json and boards.json come from protocol/*.toml, boards/*.toml, targets/*/pins*.toml, core/gcode/status.h,
 cli/wificnc/sim/look.py and targets/esp32/partitions.csv; edit those.
 """
 
@@ -8,14 +8,16 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 from wificnc.board.load import find_boards, load_board
 from wificnc.flash.plan import read_partitions
 
-from generate.page_tables import page_tables
+from generate.page_tables import board_tables, page_tables
 from generate.words import ALARMS_SOURCE, SOURCE, read_alarms, read_rows
 
 OUTPUT = "web/src/generated/tables.json"
+BOARDS = "web/src/generated/boards.json"
 PARTITIONS = "targets/esp32/partitions.csv"
 
 
@@ -28,4 +30,8 @@ def texts(root: Path) -> dict[str, str]:
     alarms = {
         row.number: json.loads(row.text) for row in read_alarms((root / ALARMS_SOURCE).read_text(encoding="utf-8"))
     }
-    return {OUTPUT: json.dumps(page_tables(boards, nvs, errors, alarms), indent=1, ensure_ascii=False) + "\n"}
+    return {OUTPUT: _json(page_tables(nvs, errors, alarms)), BOARDS: _json(board_tables(boards))}
+
+
+def _json(table: Any) -> str:
+    return json.dumps(table, indent=1, ensure_ascii=False) + "\n"

@@ -44,8 +44,13 @@ SETTING_KEYS = {
 }
 
 
-def page_tables(boards: list[Board], nvs_partition: Partition, errors: Words, alarms: Words) -> Json:
-    """The whole file. Same tables, same text. @param errors, alarms  number -> text"""
+def board_tables(boards: list[Board]) -> list[Json]:
+    """A row for each board, in this order."""
+    return [_board(board) for board in boards]
+
+
+def page_tables(nvs_partition: Partition, errors: Words, alarms: Words) -> Json:
+    """All but the boards. Same tables, same text. @param errors, alarms  number -> text"""
     return {
         "version": __version__,
         "axes": AXES,
@@ -55,7 +60,6 @@ def page_tables(boards: list[Board], nvs_partition: Partition, errors: Words, al
         "realtime": {name: value[0] for name, value in vars(realtime).items() if isinstance(value, bytes)},
         "storage": _storage(nvs_partition),
         "look": look_table(),
-        "boards": [_board(board) for board in boards],
     }
 
 

@@ -7,7 +7,8 @@ import { pickPort, SerialTransport } from "./link/serial";
 import { ownAddress, SocketTransport } from "./link/socket";
 import { LinkError } from "./link/transport";
 import { NOWHERE, standsAlike, type Standing } from "./job/standing";
-import { findBoard, settingNumber, TABLES, type Board } from "./tables";
+import { BOARDS, findBoard } from "./boards";
+import { settingNumber, type Board } from "./tables";
 
 const THEME_KEY = "wificnc.theme";
 const BOARD_KEY = "wificnc.board";
@@ -68,7 +69,7 @@ const SETTLED_MS = 300;
 /** Run the job on the core, as the connected machine would; without one, on the chosen board's defaults. */
 export async function checkJob(): Promise<void> {
   const program = job.program.value;
-  const host = findBoard("host") ?? TABLES.boards[0]!;
+  const host = findBoard("host") ?? BOARDS[0]!;
   if (program) await preflight.check(program, standing.value === NOWHERE ? board.value : host, standing.value);
 }
 
@@ -101,7 +102,7 @@ export const port = signal<SerialPort | null>(null);
 /** What went wrong last, for the notice under the header. */
 export const failure = signal<{ title: string; hint: string } | null>(null);
 
-const FIRST_BOARD = TABLES.boards.find((board) => board.target === "esp32")!;
+const FIRST_BOARD = BOARDS.find((board) => board.target === "esp32")!;
 
 export const board = signal<Board>(findBoard(stored(BOARD_KEY) ?? "") ?? FIRST_BOARD);
 

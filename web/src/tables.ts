@@ -143,7 +143,6 @@ interface Tables {
   realtime: Record<RealtimeName, number>;
   storage: Storage;
   look: Look;
-  boards: Board[];
 }
 
 export const TABLES = raw as Tables;
@@ -175,10 +174,6 @@ export function settingNumber(name: string): number {
   const row = TABLES.settings.find((setting) => setting.name === name);
   if (row === undefined) throw new Error(`The table of settings has no ${name}.`);
   return row.number;
-}
-
-export function findBoard(id: string): Board | undefined {
-  return TABLES.boards.find((board) => board.id === id);
 }
 
 /** As `$$` prints it. */

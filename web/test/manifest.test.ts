@@ -1,6 +1,6 @@
 import { expect, it } from "vitest";
 import { FirmwareError, loadFirmware, loadIndex, type FirmwareIndex } from "../src/flash/manifest";
-import { findBoard } from "../src/tables";
+import { findBoard } from "../src/boards";
 
 const BOARD = findBoard("esp32s3-devkitc")!;
 

@@ -3,10 +3,11 @@ import { signal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
 import { attempt, board, chooseBoard, fail, portForLoader } from "../app";
+import { BOARDS } from "../boards";
 import { BoardDevice, type Chip } from "../flash/device";
 import { loadFirmware, loadIndex, type FirmwareIndex } from "../flash/manifest";
 import { hasWebSerial } from "../link/serial";
-import { TABLES, type Board } from "../tables";
+import type { Board } from "../tables";
 import { Button, Card, Check, Notice, Progress } from "./parts";
 import { PinoutCard } from "./pins";
 
@@ -33,7 +34,7 @@ export function InstallTab(): JSX.Element {
   useEffect(() => {
     if (index.value === undefined) void loadIndex().then((list) => (index.value = list), fail);
   }, []);
-  const boards = TABLES.boards.filter((entry) => entry.target !== "host");
+  const boards = BOARDS.filter((entry) => entry.target !== "host");
   return (
     <div class="columns">
       <div class="w6 stack">

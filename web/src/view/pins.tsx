@@ -2,6 +2,7 @@
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
 import { board, chooseBoard } from "../app";
+import { BOARDS } from "../boards";
 import { pinoutUrl } from "../pinouts";
 import { clashes, ownPin, pinOf, refusal, setValue } from "../storage/board";
 import { TABLES, type Board, type StoredPin } from "../tables";
@@ -30,7 +31,7 @@ export function PinsTab(): JSX.Element {
 export function BoardChoice(): JSX.Element {
   return (
     <select class="input" aria-label="Board" value={board.value.id} onChange={(event) => chooseBoard(event.currentTarget.value)}>
-      {TABLES.boards.map((entry) => (
+      {BOARDS.map((entry) => (
         <option key={entry.id} value={entry.id}>
           {entry.name}
         </option>
