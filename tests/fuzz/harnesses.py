@@ -22,6 +22,7 @@ LENGTHS = {
     "hub": 512,
     "websocket": 512,
     "mdns": 512,
+    "first_contact": 600,
     "improv": 512,
     "ota": 1024,
     "vfd": 512,
