@@ -242,10 +242,14 @@ static bool rests_for_good(const struct motion *motion) {
     return rests_at_place(&motion->emit) && !motion->ahead.pending;
 }
 
-/* No move has come for a while; nor is one waited for where S changes so often that none can come before some
- * are made. */
+/* No move has come for a while. */
+static bool is_idle(const struct motion *motion, uint32_t now_us) {
+    return now_us - motion->newest_us >= MOTION_START_DELAY_US;
+}
+
+/* ... nor is one waited for where S changes so often that none can come before some are made. */
 static bool is_paused(const struct motion *motion, uint32_t now_us) {
-    return now_us - motion->newest_us >= MOTION_START_DELAY_US || !power_has_room(&motion->plan.power);
+    return is_idle(motion, now_us) || !power_has_room(&motion->plan.power);
 }
 
 /* At rest, and more moves may still come that would give those here more look-ahead. */
@@ -258,17 +262,19 @@ static bool is_waiting(const struct motion *motion, uint32_t now_us) {
 }
 
 /* Near the end of what is planned, moves that wait for others become pieces; and before motion starts because
- * no more have come, so that its plan does not depend on when that end would be found. */
+ * no more have come although there is room, so that its plan does not depend on when that end would be found.
+ */
 static void plan_more(struct motion *motion, uint32_t now_us) {
     struct plan *plan = &motion->plan;
     if (!plan_is_pending(plan) || ahead_left_us(&motion->ahead) >= (int32_t)(AHEAD_NEAR_US / 2))
         return;
-    bool paused = is_paused(motion, now_us), starts = paused && !motion->emit.hold && rests_for_good(motion);
+    bool starts = is_idle(motion, now_us) && power_has_room(&plan->power) && !motion->emit.hold &&
+                  rests_for_good(motion);
     bool ends = starts || (!plan_is_long(plan) && emit_wants_more(&motion->emit));
     if (!ends || plan_free(plan) == 0 || motion_end_is_pending(motion))
         return;
     plan->path.slack_mm = slack_mm(motion);
-    if (paused)
+    if (is_paused(motion, now_us))
         plan_end(plan, true);
     else
         plan_close(plan);
