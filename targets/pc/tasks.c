@@ -135,7 +135,7 @@ void tasks_wake(struct tasks *tasks, uint64_t now_ticks) {
     for (unsigned side = 0; side < HOST_SIDES; side++) {
         struct task *task = &tasks->task[side];
         /* It has slept since: its next look is at its next tick, not at the moment of the event. */
-        if (task->idle && task->period_ticks > 0 && task->due_ticks <= now_ticks)
+        if (task->idle && task->period_ticks > 0 && task->due_ticks < now_ticks)
             sleep_from(tasks, task, now_ticks);
         task->idle = false;
     }
