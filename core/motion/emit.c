@@ -540,7 +540,8 @@ static uint32_t reach_us(const void *ctx) {
         return AHEAD_SOON_US;
     if (!is_firm(emit))
         return AHEAD_NEAR_US;
-    return shaper_is_on(emit->shaper) ? AHEAD_FULL_US : AHEAD_FAR_US; /* records: motion/history.h */
+    /* Nearer where something is sought (homing, probing), and for want of records (motion/history.h). */
+    return emit->shaper == &emit->plan->unshaped || shaper_is_on(emit->shaper) ? AHEAD_FULL_US : AHEAD_FAR_US;
 }
 
 static uint32_t news(const void *ctx) {
@@ -548,8 +549,7 @@ static uint32_t news(const void *ctx) {
     return emit->plan->moves_total;
 }
 
-/* An end that is about to be passed at speed is none: the shortest stop leaves alone what emit_slack_mm()
- * says. */
+/* An end that is about to be passed at speed is none: the shortest stop leaves emit_slack_mm() alone. */
 static bool ends_soon(const struct emit *emit) {
     const struct plan *plan = emit->plan;
     bool goes_on = plan->path.may_go_on && plan_is_pending(plan);

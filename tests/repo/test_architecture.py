@@ -36,10 +36,12 @@ def milliseconds(name: str) -> int:
 
 
 def test_its_times_are_those_of_the_code() -> None:
-    full, least, near, soon = (milliseconds(f"AHEAD_{name}_US") for name in ("FULL", "LEAST", "NEAR", "SOON"))
+    names = ("FAR", "FULL", "LEAST", "NEAR", "SOON")
+    far, full, least, near, soon = (milliseconds(f"AHEAD_{name}_US") for name in names)
     text = " ".join(TEXT.split())
-    assert f"{full} ms are committed; when {least} ms are left" in text
-    assert f"made some {1000 // (full - least)} times a second" in text
+    assert f"{far} ms are committed, or {full} while homing, probing, with a shaper or from a host" in text
+    assert f"when {least} ms are left" in text
+    assert f"made some {1000 // (far - least)} times a second" in text
     assert f"only {near // 2} to {near} ms are committed" in text
     assert f"follows the spindle is committed for {soon // 2} to {soon} ms only" in text
     assert f"at least {milliseconds('AHEAD_BRANCH_US')} ms ahead of the pins" in text
