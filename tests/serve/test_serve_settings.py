@@ -65,7 +65,7 @@ def test_every_client_is_told_of_damage_when_it_connects(tmp_path: Path) -> None
     image = bytearray(store.read_bytes())
     image[-10] ^= 1  # of the last setting
     store.write_bytes(image)
-    told = "[MSG:Stored data is damaged: settings $539. Check $$ $# $N, then $ACK]"
+    told = "[MSG:Stored data is damaged: settings $681. Check $$ $# $N, then $ACK]"
     with serve(store) as server:
         for _ in range(2):
             with Peer.tcp(server.tcp or "") as peer:
