@@ -66,8 +66,9 @@ def test_a_glitch_stops_nothing(machine: Controller, filter_us: int, length_us: 
     machine.send("$X")
     machine.fine("G91G1Y10F600")
     machine.run(0.3)
-    machine.at(0.001, "limit_y_min", 0)
-    machine.at(0.001 + length_us * 1e-6, "limit_y_min", 1)
+    begin_s = 0.00113  # between two ticks of the loop
+    machine.at(begin_s, "limit_y_min", 0)
+    machine.at(begin_s + length_us * 1e-6, "limit_y_min", 1)
     machine.run(0.1)
     assert ("ALARM:1" in machine.heard) == stops
     assert stops or machine.state() == "Run"
