@@ -65,7 +65,8 @@ static void check_good(const char *text, const struct net_http_request *request)
           request->host);
     CLAIM(strpbrk(request->origin, " ,@%\\\"<>*") == NULL, "Origin %s", request->origin);
     CLAIM(request->head_only == (strncmp(text, "HEAD ", 5) == 0), "HEAD");
-    CLAIM(request->head_only || strncmp(text, "GET ", 4) == 0, "neither GET nor HEAD");
+    CLAIM(request->posts == (strncmp(text, "POST ", 5) == 0), "POST");
+    CLAIM(request->head_only || request->posts || strncmp(text, "GET ", 4) == 0, "none of GET, HEAD, POST");
 }
 
 static void check_upgrade(const struct net_http_request *request) {

@@ -44,6 +44,7 @@ class Grbl:
         encoder: bool = False,
         outputs: int = 5,
         pump: bool = False,
+        spindle_bus: bool = False,  # with the drive that $395 names
         home: int = 0,  # axes with home switches of their own
         board: HostBoard | None = None,  # this one instead of all that
         tasks: Tasks = Tasks.FREE,
@@ -63,6 +64,7 @@ class Grbl:
             home,
             tasks,
             toolsetter=ports,
+            spindle_bus=spindle_bus,
             **PUMP if pump else {},
         )
         self._host = LIB.host_open(ctypes.byref(board), str(store).encode() if store else None)

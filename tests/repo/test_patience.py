@@ -28,7 +28,7 @@ PACES = {
         'create_connection(("127.0.0.1", ports.telnet), 1',
     },
     "link/test_serve_link.py": {"watcher.wait(0.1)"},
-    "motion/motion_host.py": {"self.wait(0.001)"},
+    "motion/motion_host.py": {"self.wait(0.001)", "self.wait(0.02)"},
     "motion/test_motion_liveness.py": {"host.wait(0.002)"},
     "wire/test_lossy.py": {"monotonic() + 0.25"},
 }

@@ -1,7 +1,7 @@
 """The tables that the web page is built with.
 
-web/src/generated/tables.json and boards.json come from protocol/*.toml, boards/*.toml, targets/*/pins*.toml, core/gcode/status.h,
-cli/wificnc/sim/look.py and targets/esp32/partitions.csv; edit those.
+web/src/generated/tables.json and boards.json come from protocol/*.toml, boards/*.toml, targets/*/pins*.toml,
+core/gcode/status.h, cli/wificnc/sim/look.py and targets/esp32/partitions.csv; edit those.
 """
 
 from __future__ import annotations
