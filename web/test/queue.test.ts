@@ -95,3 +95,17 @@ it("leaves the operator room when a job has filled the buffer", () => {
   expect(queue.take()).not.toBe("");
   expect([size > 1700, size < 1900]).toEqual([true, true]);
 });
+
+it("never sends a jog that was called off before its turn", () => {
+  const queue = new LineQueue();
+  queue.capacity = 20;
+  const answers: string[] = [];
+  for (const text of ["$J=G91X1F100", "$J=G91X2F100", "G4P0", "$j=G91X3F100"]) {
+    queue.put({ text, settle: (answer) => answers.push(`${text} ${answer.kind}`) });
+  }
+  expect(queue.take()).toBe("$J=G91X1F100\n");
+  queue.callOffJogs();
+  expect(answers).toEqual(["$J=G91X2F100 lost", "$j=G91X3F100 lost"]);
+  queue.answer(null);
+  expect(queue.take()).toBe("G4P0\n");
+});

@@ -260,6 +260,7 @@ export class Controller {
   realtime(name: RealtimeName): void {
     if (name === "RESUME" || name === "PARK") this.notParked.value = "";
     if (name === "RESUME") this.unpark();
+    if (name === "JOG_CANCEL") this.queue.callOffJogs();
     this.write(Uint8Array.of(TABLES.realtime[name]));
   }
 

@@ -28,8 +28,9 @@ export class Jogger {
     this.startedAt = performance.now();
     this.sentMs = 0;
     const more = (): void => {
-      const ahead = performance.now() - this.startedAt + AHEAD_MS;
-      for (; this.sentMs < ahead; this.sentMs += SLICE_MS) this.slice(direction, feed);
+      const nowMs = performance.now() - this.startedAt;
+      this.sentMs = Math.max(this.sentMs, nowMs); // what a page that stood still has not sent is not owed
+      for (; this.sentMs < nowMs + AHEAD_MS; this.sentMs += SLICE_MS) this.slice(direction, feed);
     };
     this.timer = setInterval(more, SLICE_MS / 2);
     more();

@@ -24,6 +24,10 @@ export const SMALLEST_BUFFER = 120;
 const OPERATOR_BYTES = 256;
 const HAS_OPERATOR_BYTES = 512;
 
+function isJog(line: Queued): boolean {
+  return /^\s*\$J=/i.test(line.text);
+}
+
 interface Sent {
   line: Queued;
   size: number;
@@ -73,6 +77,15 @@ export class LineQueue {
 
   put(line: Queued): void {
     (this.isParked ? this.asideWaiting : this.waiting).push(line);
+  }
+
+  /** Jogs that were not sent yet never go. */
+  callOffJogs(): void {
+    for (const waiting of [this.asideWaiting, this.waiting]) {
+      const all = waiting.splice(0);
+      waiting.push(...all.filter((line) => !isJog(line)));
+      for (const line of all.filter(isJog)) line.settle({ kind: "lost" });
+    }
   }
 
   /** Bytes that may be sent now, and from now on count as sent. */
