@@ -240,7 +240,9 @@ static void happen(uint8_t what, uint8_t how, struct input *input) {
 static void check_replies(void) {
     for (struct connection *wire = scene.connection; wire < scene.connection + WIRES; wire++)
         wire->cut = wire->takes = ALL;
-    for (unsigned ms = 0; ms < LOGIN_MS; ms += 50) {
+    /* Several wrong keys on one connection are answered one after the other, each as late as the lockout
+     * says. */
+    for (unsigned ms = 0; ms < GUESSES_MAX * LOGIN_MS; ms += 50) {
         bool all = true;
         for (const struct connection *wire = scene.connection; wire < scene.connection + WIRES; wire++)
             all &= !wire->open || (wire->in_count == 0 && wire->replied == wire->asked && !wire->bad);
