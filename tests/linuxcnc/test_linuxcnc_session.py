@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 from test_linuxcnc_config import MACHINE, SWITCH, fake_tool_change, hands, invoke
@@ -163,11 +164,16 @@ def follow(home: Path, is_done: Callable[[], bool]) -> None:
             time.sleep(0.01)
 
 
-@pytest.mark.slow
-def test_a_controller_that_is_held_and_loses_its_power(user_home: Path, as_user: Callable[..., str]) -> None:
-    (user_home / "small.toml").write_text(MACHINE)
-    config = user_home / "config"
-    invoke("init", str(user_home / "small.toml"), "--to", ADDRESS, "--out", str(config))
+STOPPED = "The servo thread stopped"  # of a computer that is busy: not what this is about
+
+
+def session(home: Path, as_user: Callable[..., str]) -> tuple[dict[str, Any], list[str]]:
+    """All of it, once. @return what LinuxCNC's side has seen and shown"""
+    home.mkdir(mode=0o777)
+    home.chmod(0o777)
+    (home / "small.toml").write_text(MACHINE)
+    config = home / "config"
+    invoke("init", str(home / "small.toml"), "--to", ADDRESS, "--out", str(config))
     text = (config / "small.ini").read_text().replace("DISPLAY = axis", "DISPLAY = ./screen.py")
     # LinuxCNC without real time, on a computer that is busy with tests, may be late by seconds
     text = "\n".join(
@@ -178,13 +184,27 @@ def test_a_controller_that_is_held_and_loses_its_power(user_home: Path, as_user:
     fake_tool_change(config)
     for path in (config, *config.iterdir()):
         path.chmod(0o777)
-    with serve(user_home):
+    with serve(home):
         pass  # its settings are kept: from now on it is locked at power-on
     with ThreadPoolExecutor(1) as pool:
         running = pool.submit(as_user, "linuxcnc", "-r", str(config / "small.ini"))
-        follow(user_home, running.done)
+        follow(home, running.done)
         running.result()
     seen, shown = ast.literal_eval((config / "said").read_text())
+    return seen, shown
+
+
+@pytest.mark.slow
+def test_a_controller_that_is_held_and_loses_its_power(user_home: Path, as_user: Callable[..., str]) -> None:
+    for attempt in range(3):
+        try:
+            seen, shown = session(user_home / f"session-{attempt}", as_user)
+        except AssertionError as error:
+            if STOPPED not in str(error) or attempt == 2:
+                raise
+            continue
+        if not any(STOPPED in text for text in shown):
+            break
     assert seen == {
         "waits": True,
         "off": True,
