@@ -5,6 +5,7 @@
 #include "machine/axes.h"
 #include "machine/configure.h"
 #include "machine/drive.h"
+#include "machine/faults.h"
 #include "machine/homing.h"
 #include "machine/inputs.h"
 #include "machine/motor_current.h"
@@ -27,6 +28,7 @@ enum {
     HOMING = 16, /* $22 */
     DOOR = 32,   /* a closed one */
     PARKED = 64, /* also while the hold is the operator's: machine/park.h */
+    MOTORS = 128, /* whose drivers have no fault */
 };
 
 #define IN(state) (1u << MACHINE_##state)
@@ -44,10 +46,10 @@ static const struct rule rules[ACTION_COUNT] = {
     [ACTION_LIST_STORED] = {LOCKED_OR_IDLE, EVER | REST | PARKED},
     [ACTION_COMMAND] = {LOCKED_OR_IDLE, REST},
     [ACTION_CHECK] = {IN(IDLE), REST},
-    [ACTION_UNLOCK] = {ANY_STATE, STORE | DOOR},
+    [ACTION_UNLOCK] = {ANY_STATE, STORE | DOOR | MOTORS},
     [ACTION_STORE] = {LOCKED_OR_IDLE, REST | STORE},
     [ACTION_STARTUP_LINE] = {IN(IDLE), REST},
-    [ACTION_HOME] = {LOCKED_OR_IDLE, MOTION | REST | STORE | HOMING | DOOR},
+    [ACTION_HOME] = {LOCKED_OR_IDLE, MOTION | REST | STORE | HOMING | DOOR | MOTORS},
     [ACTION_JOG] = {IN(IDLE) | IN(JOG), MOTION | REST | PARKED},
     [ACTION_TOOL_PROBE] = {0, PARKED},
     [ACTION_TOOL_REFERENCE] = {LOCKED_OR_IDLE, REST | PARKED},
@@ -100,6 +102,8 @@ enum refusal action_may(const struct machine *machine, enum action action, enum 
         return REFUSAL_NO_HOMING;
     if ((rule->needs & DOOR) != 0 && inputs_door_is_open(machine))
         return REFUSAL_DOOR;
+    if ((rule->needs & MOTORS) != 0 && faults_any(machine))
+        return REFUSAL_FAULT;
     return REFUSAL_NONE;
 }
 
@@ -161,6 +165,8 @@ enum refusal action_end_lock(struct machine *machine) {
     hal_inputs_read(machine->hal, &inputs);
     if (inputs.estop && machine->life.state == MACHINE_ALARM && machine->life.alarm == ALARM_ESTOP)
         return REFUSAL_CRITICAL;
+    if (faults_any(machine))
+        return REFUSAL_FAULT;
     if (stored_is_damaged(machine))
         return REFUSAL_DAMAGED;
     if (!machine->life.critical && machine->life.state != MACHINE_ALARM && !sleeps)

@@ -2,6 +2,7 @@
  * Switches and buttons: alarms, the door, real-time requests. */
 #include "machine/guard.h"
 
+#include "machine/faults.h"
 #include "machine/inputs.h"
 #include "machine/parts.h"
 #include "machine/reset.h"
@@ -50,6 +51,8 @@ bool guard_poll(struct machine *machine) {
         reset_alarm(machine, ALARM_HARD_LIMIT);
         return true;
     }
+    if (faults_poll(machine))
+        return true;
     const bool idle = machine->life.state == MACHINE_IDLE || machine->life.state == MACHINE_ALARM;
     if (now->start && !before.start && idle)
         machine->idle_starts++;

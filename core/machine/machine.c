@@ -4,6 +4,7 @@
 
 #include "machine/configure.h"
 #include "machine/drive.h"
+#include "machine/faults.h"
 #include "machine/guard.h"
 #include "machine/host.h"
 #include "machine/inputs.h"
@@ -86,6 +87,9 @@ uint32_t machine_event_us(const struct machine *machine) {
     uint32_t motors = motors_wait_us(machine);
     uint32_t run_up = run_up_wait_us(machine);
     uint32_t vfd = vfd_spindle_event_us(machine);
+    uint32_t faults = faults_wait_us(machine);
+    if (faults < least)
+        least = faults;
     if (run_up < least)
         least = run_up;
     if (aim < least)

@@ -3,6 +3,7 @@
  * The messages of that moment are gone, and a status report has the state without its cause. */
 #include "machine/notice.h"
 
+#include "machine/faults.h"
 #include "machine/inputs.h"
 #include "machine/park.h"
 #include "machine/parts.h"
@@ -34,6 +35,8 @@ static bool put_lock(const struct machine *machine, const struct text_out *out) 
         text_int(out, (int32_t)machine->life.alarm);
     } else if (machine->settings.hard_limits && inputs_limits(machine) != 0) {
         text_string(out, "Locked, check limits");
+    } else if (faults_any(machine)) {
+        text_string(out, "Locked, check motor drivers");
     } else {
         text_string(out, "Locked since start or reset");
     }

@@ -6,6 +6,7 @@
 
 #include "machine/aside.h"
 #include "machine/drive.h"
+#include "machine/faults.h"
 #include "machine/homing.h"
 #include "machine/host.h"
 #include "machine/inputs.h"
@@ -56,6 +57,7 @@ struct machine {
     struct machine_motors motors;
     struct machine_edges edges;
     struct hal_inputs inputs;
+    struct machine_faults faults;
     uint8_t idle_starts; /* guard_idle_starts() */
     struct homing homing;
     struct machine_probe probe;

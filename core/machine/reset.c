@@ -3,6 +3,7 @@
 #include "machine/reset.h"
 
 #include "machine/drive.h"
+#include "machine/faults.h"
 #include "machine/inputs.h"
 #include "machine/motors.h"
 #include "machine/outputs.h"
@@ -116,6 +117,10 @@ void reset_restart(struct machine *machine) {
     if (machine->settings.hard_limits && inputs_limits(machine) != 0) {
         state_go(machine, EVENT_ALARM);
         report_message(machine, "Check Limits");
+    }
+    if (faults_any(machine)) {
+        state_go(machine, EVENT_ALARM);
+        faults_report(machine);
     }
     lines_run_startup(&machine->lines, machine->life.state != MACHINE_ALARM);
     if (stored_is_damaged(machine)) {

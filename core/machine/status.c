@@ -3,6 +3,7 @@
 #include "machine/status.h"
 
 #include "machine/axes.h"
+#include "machine/faults.h"
 #include "machine/inputs.h"
 #include "machine/notes.h"
 #include "machine/outputs.h"
@@ -52,7 +53,7 @@ static void report_pins(const struct machine *machine) {
     struct hal_inputs inputs;
     hal_inputs_read(machine->hal, &inputs);
     axis_mask_t limits = inputs_limits(machine);
-    char pins[AXIS_COUNT + 7], *at = pins;
+    char pins[AXIS_COUNT + 8], *at = pins;
     if (inputs_probe(machine, &inputs, HAL_PROBE) ||
         (machine->board.toolsetter && inputs_probe(machine, &inputs, HAL_TOOLSETTER)))
         *at++ = 'P';
@@ -65,6 +66,8 @@ static void report_pins(const struct machine *machine) {
         *at++ = 'R';
     if (inputs.hold)
         *at++ = 'H';
+    if (faults_any(machine))
+        *at++ = 'M';
     if (inputs.start)
         *at++ = 'S';
     if (machine->overrides.optional_stop)

@@ -77,6 +77,8 @@ enum status wiring_check(const struct machine *machine, uint16_t number, double 
         return has(machine, BOARD_OUTPUT_PWM) ? STATUS_OK : STATUS_LASER_NEEDS_PWM;
     case SETTING_TORQUE_MASK:
         return value < (double)(1u << board->digital_outputs) ? STATUS_OK : STATUS_NO_OUTPUT;
+    case SETTING_FAULT_INPUTS:
+        return value < (double)(1u << board->digital_inputs) ? STATUS_OK : STATUS_NO_PORT;
     case SETTING_SERVO_AXIS:
         return has(machine, BOARD_OUTPUT_SERVO) ? STATUS_OK : STATUS_NO_OUTPUT;
     case SETTING_ENCODER_COUNTS:

@@ -216,6 +216,10 @@ struct settings {
     float spindle_off_delay_s;
     /** $681 0..3: Parity of the drive: 0 none, 1 even, 2 odd; 3 = the model's. */
     uint8_t vfd_parity;
+    /** $744 0..255: Digital inputs (bit n = Pn of M66) at which a motor driver reports a fault: alarm 54. */
+    uint8_t fault_inputs;
+    /** $745 0..255: Of the inputs of $744, those that are low in a fault (a broken cable is one, too). */
+    uint8_t fault_invert;
 };
 
 /** $N of each setting. A per-axis one is X's, the others follow: SETTING_MAX_RATE_MM_MIN + axis. */
@@ -322,6 +326,8 @@ enum setting_number {
     SETTING_VFD_READ_DIVIDER = 471,
     SETTING_SPINDLE_OFF_DELAY_S = 539,
     SETTING_VFD_PARITY = 681,
+    SETTING_FAULT_INPUTS = 744,
+    SETTING_FAULT_INVERT = 745,
 };
 
 /** What follows from a setting: the column `affects`. */
@@ -339,9 +345,9 @@ enum setting_effect {
 };
 
 /** Rows of the table (a per-axis row stands for six settings), and settings in all on six axes. */
-enum { SETTINGS_ROW_COUNT = 102, SETTINGS_COUNT = 147 };
+enum { SETTINGS_ROW_COUNT = 104, SETTINGS_COUNT = 149 };
 
 /** The greatest N of $N. */
-enum { SETTINGS_NUMBER_MAX = 681 };
+enum { SETTINGS_NUMBER_MAX = 745 };
 
 #endif

@@ -111,4 +111,6 @@ const struct setting_row setting_rows[SETTINGS_ROW_COUNT] = {
     {471, FIELD(vfd_read_divider), SETTING_TYPE_FLOAT, 1, 3, STATUS_BAD_NUMBER, 0.001F, 1000000, 100, 0x008},
     {539, FIELD(spindle_off_delay_s), SETTING_TYPE_FLOAT, 1, 1, STATUS_BAD_NUMBER, 0, 60, 0, 0x004},
     {681, FIELD(vfd_parity), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 0, 3, 3, 0x008},
+    {744, FIELD(fault_inputs), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 0, 255, 0, 0x010},
+    {745, FIELD(fault_invert), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 0, 255, 0, 0x010},
 };

@@ -72,6 +72,15 @@ def test_levels_and_pulls_are_those_of_the_configuration() -> None:
     assert board["axis"]["z"]["limit_max"] == {"pin": "GPIO17", "active": "high", "pull": "down"}
 
 
+@pytest.mark.parametrize(("level", "settings"), [("low", "$744=1 and $745=1"), ("high", "$744=1")])
+def test_a_fault_pin_next_to_an_estop(tmp_path: Path, level: str, settings: str) -> None:
+    text = ROUTER.read_text(encoding="utf-8")
+    assert text.count("  estop_pin:") == 1
+    imported = converted(tmp_path, text.replace("  estop_pin:", f"  fault_pin: gpio.15:{level}\n  estop_pin:"))
+    assert changed(imported)["control.fault_pin"].endswith(f"before you send {settings}")
+    assert imported.board["input"]["misc"][0]["pin"] == "GPIO15"
+
+
 def test_times_are_at_least_those_of_the_configuration() -> None:
     timing = import_fluidnc(ROUTER).board["timing"]
     assert (timing["default_pulse_us"], timing["dir_setup_ns"]) == (4, 3000)

@@ -10,6 +10,7 @@ from serve_peer import Peer
 from wificnc.board.load import load_board
 from wificnc.chip.serve import ChipServer
 from wificnc.errors import ServeError
+from wificnc.protocol.table import load_settings
 from wificnc.serve.options import Address, ServeOptions
 from wificnc.serve.server import Server
 
@@ -65,7 +66,8 @@ def test_every_client_is_told_of_damage_when_it_connects(tmp_path: Path) -> None
     image = bytearray(store.read_bytes())
     image[-10] ^= 1  # of the last setting
     store.write_bytes(image)
-    told = "[MSG:Stored data is damaged: settings $681. Check $$ $# $N, then $ACK]"
+    last = load_settings().setting[-1].number
+    told = f"[MSG:Stored data is damaged: settings ${last}. Check $$ $# $N, then $ACK]"
     with serve(store) as server:
         for _ in range(2):
             with Peer.tcp(server.tcp or "") as peer:

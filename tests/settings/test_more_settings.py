@@ -14,7 +14,7 @@ from wificnc.build.compiler import locate_compiler
 from wificnc.build.host import HEADERS
 
 MORE = 40
-FIRST = 700
+FIRST = 800
 ROW = """
 [[setting]]
 number = {number}

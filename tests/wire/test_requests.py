@@ -13,6 +13,7 @@ from test_motion import segment
 from test_session import reason
 from wificnc.wmc3.keys import KEYS
 from wificnc.wmc3.layout import (
+    Alarm,
     ChannelOutputs,
     ConfigGet,
     ConfigSave,
@@ -278,6 +279,18 @@ def test_a_reset_is_refused_while_the_estop_is_pressed(device: Device) -> None:
     device.run(0.1)
     assert reason(device, client, Reset()) == Refusal.LOCKED
     device.input("estop", False)
+    device.run(0.1)
+    assert reason(device, client, Reset()) == Refusal.NONE
+
+
+def test_a_reset_is_refused_while_a_driver_has_a_fault(make_device: Callable[..., Device]) -> None:
+    device = make_device(settings={744: 2})
+    client = device.connect()
+    device.send(JogStop(0xFF))
+    device.input("input-1", True)
+    device.run(0.1)
+    assert device.status.alarm == Alarm.LOCKED and reason(device, client, Reset()) == Refusal.LOCKED
+    device.input("input-1", False)
     device.run(0.1)
     assert reason(device, client, Reset()) == Refusal.NONE
 

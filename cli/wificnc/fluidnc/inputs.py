@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from wificnc.board.model import MISC_IN_MAX, MISC_OUT_MAX
-from wificnc.fluidnc.pins import take_pin
+from wificnc.fluidnc.pins import Pin, take_pin
 from wificnc.fluidnc.remarks import Remarks
 from wificnc.fluidnc.tree import Section
 
@@ -68,12 +68,23 @@ def _read_stops(control: Section, facts: InputFacts, remarks: Remarks) -> None:
         pin = take_pin(control, name, remarks)
         if pin is None:
             continue
+        if "estop" in facts.inputs and name == "fault_pin" and len(facts.misc_in) < MISC_IN_MAX:
+            _add_fault(pin, control.line_of(name), facts, remarks)
+            continue
         if "estop" in facts.inputs:
             remarks.lost(f"control.{name}", control.line_of(name), "one e-stop input here")
             continue
         facts.inputs["estop"] = pin.input()
         if name == "reset_pin":
             remarks.changed("control.reset_pin", control.line_of(name), "is the e-stop here: alarm, position kept")
+
+
+def _add_fault(pin: Pin, line: int, facts: InputFacts, remarks: Remarks) -> None:
+    number = len(facts.misc_in)
+    facts.misc_in.append(pin.input())
+    low = f" and $745={1 << number}" if pin.input()["active"] == "low" else ""
+    why = f"is misc input {number} (P{number} of M66), and stops nothing before you send $744={1 << number}{low}"
+    remarks.changed("control.fault_pin", line, why)
 
 
 def _read_user(root: Section, facts: InputFacts, remarks: Remarks) -> None:

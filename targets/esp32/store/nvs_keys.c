@@ -151,4 +151,6 @@ const struct nvs_key nvs_keys[SETTINGS_COUNT] = {
     {471, NVS_FLOAT, "vfd_read_div"},
     {539, NVS_FLOAT, "spin_off"},
     {681, NVS_U8, "vfd_parity"},
+    {744, NVS_U8, "fault_in"},
+    {745, NVS_U8, "fault_inv"},
 };

@@ -250,6 +250,7 @@ const LAMPS: readonly [string, string][] = [
   ["P", "Probe"],
   ["D", "Door"],
   ["H", "Hold input"],
+  ["M", "Driver fault"],
   ["R", "Reset input"],
   ["S", "Start input"],
   ["T", "M1 stops"],
