@@ -107,7 +107,7 @@
     X(192, VFD_LASER, "a laser ($32=1) needs the board's PWM ($395=0); for a drive set $32=0 first")         \
     X(193, VFD_IN_USE,                                                                                       \
       "$374, $375, $395, $460 to $471, $681 change only while the spindle is off: M5 first")                 \
-    X(194, DRIVER_FAULT, "a motor driver or servo reports a fault (Pn:M): mend it first, or correct $744, $745")  \
+    X(194, DRIVER_FAULT, "a motor driver or servo reports a fault (Pn:M): correct it first, or $744, $745")  \
     /* end of the table */
 
 enum status {

@@ -21,13 +21,13 @@
 
 /* What an action needs besides its states, in the order in which it is looked at; as in Grbl. */
 enum {
-    EVER = 1,    /* also in an alarm that only a reset ends */
-    MOTION = 2,  /* motion becomes its actor's */
-    REST = 4,    /* nothing of anyone is under way */
-    STORE = 8,   /* stored data that is whole: with other settings the machine would move wrongly */
-    HOMING = 16, /* $22 */
-    DOOR = 32,   /* a closed one */
-    PARKED = 64, /* also while the hold is the operator's: machine/park.h */
+    EVER = 1,     /* also in an alarm that only a reset ends */
+    MOTION = 2,   /* motion becomes its actor's */
+    REST = 4,     /* nothing of anyone is under way */
+    STORE = 8,    /* stored data that is whole: with other settings the machine would move wrongly */
+    HOMING = 16,  /* $22 */
+    DOOR = 32,    /* a closed one */
+    PARKED = 64,  /* also while the hold is the operator's: machine/park.h */
     MOTORS = 128, /* whose drivers have no fault */
 };
 

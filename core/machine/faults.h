@@ -15,7 +15,7 @@ struct machine_faults {
     struct machine_timer filter; /* when `seen` is old enough to be `active` */
 };
 
-/** What is faulty at power-on counts immediately. */
+/** What is faulty at power-on counts immediately. After inputs_begin(). */
 void faults_begin(struct machine *machine);
 
 /** Stop with alarm 54 when a fault is new. @return true when that was done */

@@ -3,7 +3,6 @@
 #include "machine/inputs.h"
 
 #include "machine/drive.h"
-#include "machine/faults.h"
 #include "machine/parts.h"
 #include "machine/place.h"
 #include "machine/switches.h"
@@ -148,7 +147,6 @@ void inputs_begin(struct machine *machine) {
     switches_begin(&machine->edges.switches,
                    switch_lines_of(&machine->inputs.switches, machine->settings.limit_invert));
     machine->edges.known = inputs_limits(machine);
-    faults_begin(machine);
 }
 
 static void look(void *arg) {

@@ -65,6 +65,7 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
     wiring_fit(machine);
     state_begin(machine, machine->settings.homing || stored_is_damaged(machine));
     inputs_begin(machine);
+    faults_begin(machine);
     configure_pwm(machine);
     outputs_off(machine);
     pump_apply(machine);

@@ -19,7 +19,7 @@ def watched(grbl: Grbl) -> Grbl:
 
 
 def test_motion_stops_in_a_job(grbl: Grbl) -> None:
-    """The counter is the pulses that left the pins; what the motor has made of them nobody knows."""
+    """The counter is the pulses that left the pins; what the motor has made of them is not known."""
     watched(grbl).fine("M3S100M8")
     grbl.after(0.2, "G1X20F1000\nX0\n")
     grbl.input_in(0.01, "input-0", True)

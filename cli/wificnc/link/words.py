@@ -99,7 +99,7 @@ ERRORS: dict[int, str] = {
     191: "$395: no spindle has this number; docs/spindles.md lists the drives",
     192: "a laser ($32=1) needs the board's PWM ($395=0); for a drive set $32=0 first",
     193: "$374, $375, $395, $460 to $471, $681 change only while the spindle is off: M5 first",
-    194: "a motor driver or servo reports a fault (Pn:M): mend it first, or correct $744, $745",
+    194: "a motor driver or servo reports a fault (Pn:M): correct it first, or $744, $745",
 }
 
 ALARMS: dict[int, str] = {
@@ -117,7 +117,7 @@ ALARMS: dict[int, str] = {
     51: "the spindle did not reach a steady speed or stopped; check it and its encoder ($88), then reset",
     52: "the axes could not follow the spindle; the thread is not finished; reset to continue",
     53: "the spindle's drive does not answer: check that it is at rest, its power and cable, then reset",
-    54: "a motor driver or servo reports a fault ($744); the position is lost: mend it, reset and home again",
+    54: "a motor driver or servo reports a fault ($744); the position is lost: correct it, reset and home again",
     55: "stored data is damaged; check $$ $# $N, then send $ACK",
 }
 
