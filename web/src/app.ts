@@ -1,4 +1,4 @@
-/** What the page has one of: the controller, its job, the board that is set up. */
+/** What the page has one of: the controller and its job. */
 import { computed, effect, signal } from "@preact/signals";
 import { JobRunner } from "./job/runner";
 import { PreflightRunner } from "./job/preflight";
@@ -7,11 +7,9 @@ import { pickPort, SerialTransport } from "./link/serial";
 import { ownAddress, SocketTransport } from "./link/socket";
 import { LinkError } from "./link/transport";
 import { NOWHERE, standsAlike, type Standing } from "./job/standing";
-import { BOARDS, findBoard } from "./boards";
-import { settingNumber, type Board } from "./tables";
+import { settingNumber } from "./tables";
 
 const THEME_KEY = "wificnc.theme";
-const BOARD_KEY = "wificnc.board";
 const HELD = new Set(["Hold", "Tool", "Door"]);
 
 export const controller = new Controller();
@@ -68,9 +66,9 @@ const SETTLED_MS = 300;
 
 /** Run the job on the core, as the connected machine would; without one, on the chosen board's defaults. */
 export async function checkJob(): Promise<void> {
+  const { board, HOST } = await import("./chosen");
   const program = job.program.value;
-  const host = findBoard("host") ?? BOARDS[0]!;
-  if (program) await preflight.check(program, standing.value === NOWHERE ? board.value : host, standing.value);
+  if (program) await preflight.check(program, standing.value === NOWHERE ? board.value : HOST, standing.value);
 }
 
 /** Another work zero, another setting: another job. A lost machine is not another one. */
@@ -102,20 +100,9 @@ export const port = signal<SerialPort | null>(null);
 /** What went wrong last, for the notice under the header. */
 export const failure = signal<{ title: string; hint: string } | null>(null);
 
-const FIRST_BOARD = BOARDS.find((board) => board.target === "esp32")!;
-
-export const board = signal<Board>(findBoard(stored(BOARD_KEY) ?? "") ?? FIRST_BOARD);
-
 effect(() => {
   document.documentElement.dataset.theme = theme.value;
 });
-
-export function chooseBoard(id: string): void {
-  const found = findBoard(id);
-  if (!found) return;
-  board.value = found;
-  store(BOARD_KEY, id);
-}
 
 export function toggleTheme(): void {
   theme.value = theme.value === "dark" ? "light" : "dark";
@@ -235,8 +222,6 @@ export async function start(): Promise<void> {
   const answer = await fetch(new URL("./api/controller", document.baseURI)).catch(() => null);
   if (!answer?.ok || !answer.headers.get("content-type")?.includes("json")) return;
   served.value = (await answer.json()) as Served;
-  const own = findBoard(served.value.board);
-  if (own && own.target !== "host") board.value = own; // a computer's pins are no one's to set up
   await attempt(connectSocket);
 }
 
