@@ -93,7 +93,9 @@ def test_nothing_is_written_while_a_job_runs(socket_link: Callable[..., Console]
     console.tab("settings")
     bring(console, "settings-file", "new.txt", "$110=4000\n")
     expect(console.by("settings-apply")).to_be_disabled()
-    expect(console.by("settings-apply")).to_have_attribute("title", "A job is running: stop it, or wait until it is finished.")
+    expect(console.by("settings-apply")).to_have_attribute(
+        "title", "A job is running: stop it, or wait until it is finished."
+    )
     console.tab("guide")
     bring(console, "guide-file", "new.txt", "$110=4000\n")
     expect(console.by("settings-review")).to_be_visible()

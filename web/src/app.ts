@@ -66,7 +66,11 @@ const SETTLED_MS = 300;
 
 /** Run the job on the core, as the connected machine would; without one, on the chosen board's defaults. */
 export async function checkJob(): Promise<void> {
-  const { board, HOST } = await import("./chosen");
+  preflight.progress.value = 0;
+  const { board, HOST } = await import("./chosen").catch((error: unknown) => {
+    preflight.progress.value = null;
+    throw error;
+  });
   const program = job.program.value;
   if (program) await preflight.check(program, standing.value === NOWHERE ? board.value : HOST, standing.value);
 }
