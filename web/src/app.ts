@@ -17,11 +17,15 @@ export const job = new JobRunner(controller);
 controller.mayAsk = () => !job.active.peek();
 export const preflight = new PreflightRunner();
 
+/** What this page is doing with lines of its own, in words, such as a macro; "": nothing. */
+export const doing = signal("");
+
 /** Why no line may be sent now; "": one may. Hold, Resume, Reset and the overrides are bytes, and always go. */
 export const noLines = computed(() => {
   if (!controller.connected.value) return "Connect to a controller first.";
   if (controller.locked.value) return "This controller is locked: log in with its access key.";
   if (!controller.commands.value) return "Another client is in control of this controller.";
+  if (doing.value) return doing.value;
   if (controller.operates.value) return "";
   if (job.active.value) return "A job is running: stop it, or wait until it is finished.";
   if (HELD.has(controller.state.value)) return "The machine is in a hold: press Resume, or Reset to discard the rest.";

@@ -2,7 +2,7 @@
 import { useSignal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
-import { attempt, checkJob, controller, fail, job, preflight, standing } from "../app";
+import { attempt, checkJob, controller, doing, fail, job, preflight, standing } from "../app";
 import { describe, secondsAtLine, type Preflight } from "../job/preflight";
 import type { Report } from "../job/core";
 import { laserWarning } from "../job/engraving";
@@ -281,7 +281,7 @@ function RunCard(): JSX.Element {
   const state = job.state.value;
   const result = RESULT[state];
   const total = job.total;
-  const ready = controller.commands.value && controller.state.value === "Idle" && !job.active.value;
+  const ready = controller.commands.value && controller.state.value === "Idle" && !job.active.value && !doing.value;
   return (
     <Card title="Run">
       <div class="row">
@@ -352,7 +352,7 @@ function ResumeBar(): JSX.Element | null {
             data-test="resume-line"
           />
         </Field>
-        <Button disabled={!controller.commands.value || controller.state.value !== "Idle"} onClick={() => void make()} testId="resume-plan">
+        <Button disabled={!controller.commands.value || controller.state.value !== "Idle" || doing.value !== ""} onClick={() => void make()} testId="resume-plan">
           {ended ? "Prepare resume" : "Prepare start"}
         </Button>
       </div>
