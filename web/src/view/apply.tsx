@@ -179,7 +179,7 @@ export function MachineChoice({ onChoose }: { onChoose: (values: Values, name: s
   };
   return (
     <select
-      class="input"
+      class="input system"
       aria-label="Machine profile"
       onPointerDown={load}
       onFocus={load}

@@ -26,11 +26,11 @@ export function ControlTab(): JSX.Element {
       <div class={`${isLarge.value ? "w12" : "w7"} stack`}>
         <PositionCard />
         <ProbeCard />
-        <Shortcuts />
         <JobCard />
       </div>
       <div class={`${isLarge.value ? "w12" : "w5"} stack`}>
         <JogCard />
+        <Shortcuts />
         <OverrideCard />
       </div>
     </div>
