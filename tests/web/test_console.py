@@ -119,7 +119,8 @@ def test_a_refused_setting_stays_an_edit(socket_link: Callable[..., Console]) ->
     console.page.locator("[data-test=setting-20] input").check()
     console.by("settings-apply").click()
     console.by("settings-send").click()
-    expect(console.page.get_by_role("alert").filter(has_text="soft limits need homing")).to_be_visible()
+    expect(console.by("settings-refused")).to_contain_text("soft limits need homing")
+    console.by("settings-close").click()
     expect(console.page.get_by_text("One setting is changed and not applied yet")).to_be_visible()
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from pathlib import Path
 
@@ -92,6 +93,11 @@ def test_a_settings_file_sets_the_machine_up(socket_link: Callable[..., Console]
     console.tab("guide")
     text = b"$100=250\n$131=500\n"
     console.by("guide-file").set_input_files({"name": "mill.txt", "mimeType": "text/plain", "buffer": text})
+    expect(console.by("settings-review").locator("tbody tr")).to_have_text(
+        [re.compile(r"^\$100 steps_per_mm X80\.000250$"), re.compile(r"^\$131 max_travel_mm Y300\.000500$")]
+    )
+    expect(console.by("guide-written").locator("li")).to_have_count(0)  # nothing is written before it was shown
+    console.by("settings-send").click()
     expect(console.by("guide-written").locator("li")).to_have_text(
         ["$100 steps_per_mm X: 80 → 250", "$131 max_travel_mm Y: 300 → 500"]
     )

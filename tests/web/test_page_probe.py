@@ -54,3 +54,46 @@ def test_a_probe_that_finds_nothing_sets_nothing_and_can_be_stopped(socket_link:
     expect(console.page.get_by_text("Stopped by hand.")).to_be_visible()
     console.is_in("Idle")
     assert -5.0 < console.position("Z") < -1.0
+
+
+def probe_tested(console: Console) -> None:
+    for state in ("on", "off"):
+        assert console.hands(f"probe {state}") == "ok"
+        expect(console.by("probe-test")).to_contain_text("In contact" if state == "on" else "The probe works")
+
+
+def test_a_tool_length_is_measured_against_the_reference_and_undone(socket_link: Callable[..., Console]) -> None:
+    """The second tool touches 1.5 mm earlier: work zero stays that of the first one."""
+    console = socket_link(speed=4.0)
+    console.by("probe-length").click()
+    probe_tested(console)
+    assert console.hands("surface -5") == "ok"
+    console.by("probe-start").click()
+    expect(console.page.get_by_text("This tool is the reference")).to_be_visible()
+    expect(console.by("work-Z")).to_have_text(re.compile(r"^(2\.99|3\.0)"))  # -5 + 2 + 6
+    console.by("probe-close").click()
+    console.by("probe-length").click()
+    assert console.hands("probe on") == "ok"
+    expect(console.by("probe-test")).to_contain_text("In contact")
+    assert console.hands("probe off") == "ok"
+    expect(console.by("probe-test")).to_contain_text("The probe works")
+    assert console.hands("surface -3.5") == "ok"
+    console.by("probe-start").click()
+    expect(console.page.get_by_text(re.compile(r"The tool length is 1\.(49|50)"))).to_be_visible()
+    console.page.screenshot(path="build/tests/probe-length.png")
+    expect(console.by("work-Z")).to_have_text(re.compile(r"^(2\.99|3\.0)"))
+    console.by("probe-undo").click()
+    expect(console.page.get_by_text("The tool length of before is back.")).to_be_visible()
+    expect(console.by("work-Z")).to_have_text(re.compile(r"^4\.(49|5)"))
+    console.by("probe-close").click()
+
+
+def test_an_edge_that_is_not_found_measures_no_rotation(socket_link: Callable[..., Console]) -> None:
+    console = socket_link()
+    console.by("probe-rotation").click()
+    probe_tested(console)
+    console.by("probe-reach_mm").fill("1")
+    expect(console.by("probe-lines")).to_contain_text("G21G91G94G38.3Y40F300")
+    console.page.screenshot(path="build/tests/probe-rotation.png")
+    console.by("probe-start").click()
+    expect(console.page.get_by_text("The probe found nothing on its way along X")).to_be_visible()

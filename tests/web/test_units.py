@@ -9,6 +9,7 @@ import pytest
 from wificnc.board.header import pin_header_text
 from wificnc.board.load import find_boards, load_board
 from wificnc.build.checkout import checkout_root
+from wificnc.machine.load import find_machines, load_machine
 
 from web.build import install_packages, missing_tools, run_npm
 
@@ -16,11 +17,45 @@ ROOT = Path(__file__).resolve().parents[2]
 ESP32_BOARDS = [path.stem for path in find_boards() if load_board(path).target == "esp32"]
 
 
-def test_units() -> None:
+# What no profile that comes with WiFiCNC has.
+GANTRY = """
+schema = 1
+name = "Gantry, and a turning axis with a switch"
+axis.x = { steps_per_mm = 53.333333, max_rate_mm_min = 5000, acceleration_mm_s2 = 400.5, home_at = "min" }
+axis.a = { steps_per_deg = 0.0123456, max_rate_deg_min = 5000, acceleration_deg_s2 = 400, home_at = "max" }
+kinematics.type = "cartesian"
+homing = { enabled = true, order = ["X", "YA"] }
+limits.hard = true
+stepper = { step_pulse_us = 4, enable_active_high = true }
+
+[axis.y]
+steps_per_mm = 40
+max_rate_mm_min = 5000
+acceleration_mm_s2 = 400
+invert_step = true
+second = { driver = "b", own_switch = false, invert_direction = true, pull_off_mm = 2 }
+"""
+
+
+def write_gantry(folder: Path) -> Path:
+    path = folder / "gantry.toml"
+    path.write_text(GANTRY)
+    return path
+
+
+def profile_row(path: Path) -> dict[str, object]:
+    """A profile, and the settings that the command line makes of it."""
+    values = load_machine(path).settings_texts()
+    return {"name": path.stem, "text": path.read_text(), "values": {str(n): text for n, text in values.items()}}
+
+
+def test_units(tmp_path: Path) -> None:
     if why := missing_tools():
         pytest.skip(why)
     install_packages(checkout_root())
-    said = run_npm(checkout_root(), "test", "--", "--reporter=json")
+    oracle = tmp_path / "profiles.json"
+    oracle.write_text(json.dumps([profile_row(path) for path in (*find_machines().values(), write_gantry(tmp_path))]))
+    said = run_npm(checkout_root(), "test", "--", "--reporter=json", WIFICNC_PROFILES=str(oracle))
     result = json.loads(said[said.index("{") :])
     assert result["success"]
     assert result["numPassedTests"] > 0

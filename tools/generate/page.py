@@ -1,7 +1,8 @@
 """The tables that the web page is built with.
 
-web/src/generated/tables.json and boards.json come from protocol/*.toml, boards/*.toml, targets/*/pins*.toml,
-core/gcode/status.h, cli/wificnc/sim/look.py and targets/esp32/partitions.csv; edit those.
+web/src/generated/tables.json, boards.json and machines.json come from protocol/*.toml, boards/*.toml, targets/*/pins*.toml,
+examples/machines/*.toml, core/gcode/status.h, cli/wificnc/sim/look.py, cli/wificnc/machine/model.py and
+targets/esp32/partitions.csv; edit those.
 """
 
 from __future__ import annotations
@@ -13,11 +14,13 @@ from typing import Any
 from wificnc.board.load import find_boards, load_board
 from wificnc.flash.plan import read_partitions
 
+from generate.page_machines import machine_tables
 from generate.page_tables import board_tables, page_tables
 from generate.words import ALARMS_SOURCE, SOURCE, read_alarms, read_rows
 
 OUTPUT = "web/src/generated/tables.json"
 BOARDS = "web/src/generated/boards.json"
+MACHINES = "web/src/generated/machines.json"
 PARTITIONS = "targets/esp32/partitions.csv"
 
 
@@ -30,7 +33,11 @@ def texts(root: Path) -> dict[str, str]:
     alarms = {
         row.number: json.loads(row.text) for row in read_alarms((root / ALARMS_SOURCE).read_text(encoding="utf-8"))
     }
-    return {OUTPUT: _json(page_tables(nvs, errors, alarms)), BOARDS: _json(board_tables(boards))}
+    return {
+        OUTPUT: _json(page_tables(nvs, errors, alarms)),
+        BOARDS: _json(board_tables(boards)),
+        MACHINES: _json(machine_tables()),
+    }
 
 
 def _json(table: Any) -> str:

@@ -1,4 +1,4 @@
-/** What the page has one of: the controller, its job, the board that is set up. */
+/** What the page has one of: the controller and its job. */
 import { computed, effect, signal } from "@preact/signals";
 import { JobRunner } from "./job/runner";
 import { PreflightRunner } from "./job/preflight";
@@ -7,11 +7,9 @@ import { pickPort, SerialTransport } from "./link/serial";
 import { ownAddress, SocketTransport } from "./link/socket";
 import { LinkError } from "./link/transport";
 import { NOWHERE, standsAlike, type Standing } from "./job/standing";
-import { BOARDS, findBoard } from "./boards";
-import { settingNumber, type Board } from "./tables";
+import { settingNumber } from "./tables";
 
 const THEME_KEY = "wificnc.theme";
-const BOARD_KEY = "wificnc.board";
 const HELD = new Set(["Hold", "Tool", "Door"]);
 
 export const controller = new Controller();
@@ -19,11 +17,15 @@ export const job = new JobRunner(controller);
 controller.mayAsk = () => !job.active.peek();
 export const preflight = new PreflightRunner();
 
+/** What this page is doing with lines of its own, in words, such as a macro; "": nothing. */
+export const doing = signal("");
+
 /** Why no line may be sent now; "": one may. Hold, Resume, Reset and the overrides are bytes, and always go. */
 export const noLines = computed(() => {
   if (!controller.connected.value) return "Connect to a controller first.";
   if (controller.locked.value) return "This controller is locked: log in with its access key.";
   if (!controller.commands.value) return "Another client is in control of this controller.";
+  if (doing.value) return doing.value;
   if (controller.operates.value) return "";
   if (job.active.value) return "A job is running: stop it, or wait until it is finished.";
   if (HELD.has(controller.state.value)) return "The machine is in a hold: press Resume, or Reset to discard the rest.";
@@ -68,9 +70,13 @@ const SETTLED_MS = 300;
 
 /** Run the job on the core, as the connected machine would; without one, on the chosen board's defaults. */
 export async function checkJob(): Promise<void> {
+  preflight.progress.value = 0;
+  const { board, HOST } = await import("./chosen").catch((error: unknown) => {
+    preflight.progress.value = null;
+    throw error;
+  });
   const program = job.program.value;
-  const host = findBoard("host") ?? BOARDS[0]!;
-  if (program) await preflight.check(program, standing.value === NOWHERE ? board.value : host, standing.value);
+  if (program) await preflight.check(program, standing.value === NOWHERE ? board.value : HOST, standing.value);
 }
 
 /** Another work zero, another setting: another job. A lost machine is not another one. */
@@ -102,20 +108,9 @@ export const port = signal<SerialPort | null>(null);
 /** What went wrong last, for the notice under the header. */
 export const failure = signal<{ title: string; hint: string } | null>(null);
 
-const FIRST_BOARD = BOARDS.find((board) => board.target === "esp32")!;
-
-export const board = signal<Board>(findBoard(stored(BOARD_KEY) ?? "") ?? FIRST_BOARD);
-
 effect(() => {
   document.documentElement.dataset.theme = theme.value;
 });
-
-export function chooseBoard(id: string): void {
-  const found = findBoard(id);
-  if (!found) return;
-  board.value = found;
-  store(BOARD_KEY, id);
-}
 
 export function toggleTheme(): void {
   theme.value = theme.value === "dark" ? "light" : "dark";
@@ -235,8 +230,6 @@ export async function start(): Promise<void> {
   const answer = await fetch(new URL("./api/controller", document.baseURI)).catch(() => null);
   if (!answer?.ok || !answer.headers.get("content-type")?.includes("json")) return;
   served.value = (await answer.json()) as Served;
-  const own = findBoard(served.value.board);
-  if (own && own.target !== "host") board.value = own; // a computer's pins are no one's to set up
   await attempt(connectSocket);
 }
 

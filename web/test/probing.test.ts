@@ -1,6 +1,6 @@
 /** Probing cycles against bodies that are formulas: where work zero comes to lie, and that nothing is hit on the way. */
 import { expect, it } from "vitest";
-import { planProbe, ProbeError, probeProblem, runProbe, USUAL, type Cycle, type ProbeMachine, type ProbeValues } from "../src/link/probing";
+import { edgeAngle_deg, planProbe, ProbeError, probeProblem, runProbe, USUAL, type Cycle, type ProbeMachine, type ProbeValues } from "../src/link/probing";
 
 type Place = [number, number, number];
 const STEP_MM = 0.01;
@@ -38,6 +38,9 @@ class Bench implements ProbeMachine {
   }
   isTouching(): boolean {
     return this.inBody(...this.at);
+  }
+  async setLength(contact_mm: number): Promise<void> {
+    this.zero.length = contact_mm;
   }
   async setPosition(axis: string, value_mm: number): Promise<void> {
     this.zero[axis] = this.at["XYZ".indexOf(axis)]! - value_mm;
@@ -100,6 +103,32 @@ it.each([
   const bench = new Bench([...at], block);
   await run("edge", bench, { edge: "X", side: { X: side, Y: -1 } });
   expect(bench.zero).toEqual({ X: expect.closeTo(zero, 1) });
+});
+
+it.each([
+  ["X", -1, [-20, 0, -8], 3],
+  ["X", 1, [80, 0, -8], -2],
+  ["Y", -1, [0, -20, -8], 3],
+  ["Y", 1, [0, 80, -8], -2],
+] as const)("measures how far the edge %s %d is turned, and returns", async (edge, side, at, turn_deg) => {
+  const [sin, cos] = [Math.sin((turn_deg * Math.PI) / 180), Math.cos((turn_deg * Math.PI) / 180)];
+  const turned = (x: number, y: number): boolean => {
+    const [u, v] = [x * cos + y * sin, y * cos - x * sin]; // in the frame of the work
+    return (edge === "X" ? (side < 0 ? u > 0 - R : u < 60 + R) : side < 0 ? v > 0 - R : v < 60 + R);
+  };
+  const bench = new Bench([...at], turned);
+  const values = { ...USUAL, edge, side: { X: side, Y: side }, width_mm: 100, reach_mm: 60 };
+  const contacts = await runProbe(planProbe("rotation", values), bench, () => false);
+  expect(edgeAngle_deg(values, contacts)).toBeCloseTo(turn_deg, 1);
+  expect(bench.at).toEqual(at.map((mm) => expect.closeTo(mm, 1) as number));
+  expect(bench.zero).toEqual({});
+});
+
+it("measures a tool where it touches, and lifts off", async () => {
+  const bench = new Bench([0, 0, 12], (_x, _y, z) => z < 3.5);
+  await run("length", bench);
+  expect(bench.zero).toEqual({ length: expect.closeTo(3.5, 1) });
+  expect(bench.at[2]).toBeGreaterThan(9);
 });
 
 it("ends at a contact where none may be, and where there is none", async () => {

@@ -8,7 +8,7 @@ import type { Status } from "../link/messages";
 import { alarmWords, errorWords } from "../tables";
 import { numbered, type JobLine, type Program } from "./program";
 
-export type JobState = "none" | "ready" | "running" | "stopping" | "done" | "stopped" | "failed" | "lost";
+export type JobState = "none" | "ready" | "running" | "stopping" | "done" | "stopped" | "failed" | "lost" | "left";
 
 const HELD = new Set(["Hold", "Door"]);
 const AT_REST = new Set(["Idle", "Check"]);
@@ -24,6 +24,11 @@ export class JobRunner {
   readonly executed = signal(0);
   /** The line in the file that is being moved, or was when it was last heard of; 0: none yet. */
   readonly currentLine = signal(0);
+  /** Where a resume would begin: the line being moved, or the first one of those sent while none of them is. */
+  readonly resumeLine = computed(() => {
+    const first = this.lines.value.find((line) => line.number > 0)?.number ?? 1;
+    return this.state.value === "done" ? first : this.currentLine.value || first;
+  });
   /** Why it failed or stopped. */
   readonly why = signal("");
   readonly startedAt = signal(0);
@@ -59,6 +64,16 @@ export class JobRunner {
     this.program.value = program;
     this.take(program.lines);
     this.state.value = "ready";
+  }
+
+  /** A job of before a reload: it is as it was left, and nothing is sent. */
+  restore(program: Program, state: JobState, line: number, why: string): void {
+    this.load(program);
+    if (state === "ready") return;
+    this.currentLine.value = line;
+    this.executed.value = Math.max(0, program.lines.findIndex((entry) => entry.number >= line));
+    this.state.value = state;
+    this.why.value = why;
   }
 
   unload(): void {

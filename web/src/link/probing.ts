@@ -7,7 +7,7 @@
  */
 import { AXES } from "../tables";
 
-export type Cycle = "plate" | "corner" | "hole" | "boss" | "edge";
+export type Cycle = "plate" | "corner" | "hole" | "boss" | "edge" | "rotation" | "length";
 export type Sign = 1 | -1;
 
 export interface ProbeValues {
@@ -21,7 +21,7 @@ export interface ProbeValues {
   /** From the start out over the edge, and down next to it. */
   out_mm: number;
   down_mm: number;
-  /** Of a boss: about how wide it is, along X and along Y. */
+  /** Of a boss: about how wide it is, along X and along Y. Of a rotation: from the first contact to the second. */
   width_mm: number;
   feed_mm_min: number;
   /** Which corner, or which side of the work an edge is on: -1 is left or front. */
@@ -50,6 +50,8 @@ export type Step =
   | { kind: "jog"; line: string }
   /** To the middle between two contacts. */
   | { kind: "middle"; axis: string; of: readonly [string, string]; feed_mm_min: number }
+  /** Where the tool has touched is its length, or the reference of the next ones. */
+  | { kind: "length"; of: string }
   /** The work position of an axis is value_mm where the machine is at the mean of these contacts, plus shift_mm. */
   | { kind: "set"; axis: string; of: readonly string[]; shift_mm: number; value_mm: number };
 
@@ -88,12 +90,17 @@ export function planProbe(cycle: Cycle, values: ProbeValues): Step[] {
       return (["X", "Y"] as const).flatMap((axis) => hole(axis, values));
     case "boss":
       return (["X", "Y"] as const).flatMap((axis) => boss(axis, values));
+    case "rotation":
+      return rotation(values);
+    case "length":
+      return [...touch("Z", -1, "Z", values), { kind: "length", of: "Z" }, lift(values)];
   }
 }
 
 /** For the eye, before it is sent. */
 export function stepText(step: Step): string {
   if (step.kind === "middle") return `$J=G53G21G90${step.axis}(middle of ${step.of.join(" and ")})F${step.feed_mm_min}`;
+  if (step.kind === "length") return `G21G43.1Z(contact less that of the reference)`;
   if (step.kind === "set") return `G21G10L20P0${step.axis}(position against ${step.of.join(" and ")})`;
   return step.line;
 }
@@ -171,6 +178,20 @@ function boss(axis: "X" | "Y", values: ProbeValues): Step[] {
   ];
 }
 
+/** The same edge twice, some way apart, and back to where it began. */
+function rotation(values: ProbeValues): Step[] {
+  const [across, along] = values.edge === "X" ? (["X", "Y"] as const) : (["Y", "X"] as const);
+  const back = (axis: string): Step => ({ kind: "middle", axis, of: [`start ${axis}`, `start ${axis}`], feed_mm_min: 2 * values.feed_mm_min });
+  const against = (name: string): Step[] => [...touch(across, -values.side[across] as Sign, name, values), back(across)];
+  return [...against("first"), clear(along, values.width_mm, values), ...against("second"), back(along)];
+}
+
+/** By how much the edge of a rotation is turned: degrees, counter-clockwise from above. */
+export function edgeAngle_deg({ edge, width_mm }: ProbeValues, contacts: ReadonlyMap<string, number>): number {
+  const turn = (Math.atan2(contacts.get("second")! - contacts.get("first")!, width_mm) * 180) / Math.PI;
+  return edge === "X" ? -turn : turn;
+}
+
 // ---- running it ----
 
 export interface ProbeMachine {
@@ -184,6 +205,8 @@ export interface ProbeMachine {
   /** The probe input is on. */
   isTouching(): boolean;
   setPosition(axis: string, value_mm: number): Promise<void>;
+  /** @param contact_mm  machine position of Z where the tool touched */
+  setLength(contact_mm: number): Promise<void>;
 }
 
 export class ProbeError extends Error {}
@@ -206,6 +229,7 @@ async function runStep(step: Step, machine: ProbeMachine, contacts: Map<string, 
     await machine.setPosition(step.axis, step.value_mm + here_mm - (mean(step.of) + step.shift_mm));
     return;
   }
+  if (step.kind === "length") return machine.setLength(contacts.get(step.of)!);
   if (step.kind === "middle") {
     await machine.send(`$J=G53G21G90${step.axis}${number(mean(step.of))}F${number(step.feed_mm_min)}`);
     return machine.rest();

@@ -1,10 +1,15 @@
-/** Settings as a file: a TOML file, the one of `wificnc settings export` and `import`, or lines of `$$`. Pure. */
+/** Settings as a file: a TOML file, the one of `wificnc settings export` and `import`, lines of `$$`, or a machine
+ * profile. Pure. */
 import { parse } from "smol-toml";
 import { AXES, settingNumber, settingProblem, settingsOf, type Setting, type SettingRow } from "../tables";
 
 const SCHEMA = 1;
 /** Soft limits need homing enabled, so that goes first. */
 const FIRST_OF_ALL = settingNumber("homing");
+/** Points of the laser's curve, each above the one before: those that rise begin at the top. */
+const CURVE = new Set(settingsOf(1).filter(({ row }) => row.name.startsWith("laser_curve_")).map(({ number }) => number));
+/** Two axes never have the same driver, so it is given up first. */
+const SECOND_MOTOR = settingNumber("second_motor");
 
 export class SettingsFileError extends Error {}
 
@@ -43,6 +48,19 @@ function tomlValue(row: SettingRow, text: string): string {
 
 /** A line of `$$`, as every Grbl sender saves it, with or without its description. */
 const DOLLAR = /^\$(\d{1,5})\s*=\s*(-?[\d.]+)\s*([(;].*)?$/;
+
+/** As importText(), of a machine profile, too: that has a name. */
+export async function readSettings(text: string): Promise<Map<number, string>> {
+  return isProfile(text) ? (await import("./profile")).readProfile(text) : importText(text);
+}
+
+function isProfile(text: string): boolean {
+  try {
+    return parse(text).name !== undefined;
+  } catch {
+    return false; // importText() says why
+  }
+}
 
 /** $N -> text; what the file leaves out is left alone. Throws SettingsFileError with every fault. */
 export function importText(text: string): Map<number, string> {
@@ -102,9 +120,12 @@ function takeTable(table: unknown, axis: string, values: Map<number, string>, fa
   }
 }
 
-/** What to send, in an order that the controller takes. */
-export function sendingOrder(numbers: Iterable<number>): number[] {
-  return [...numbers].sort((a, b) => Number(b === FIRST_OF_ALL) - Number(a === FIRST_OF_ALL) || a - b);
+/** What to send, in an order that the controller takes. @param before, after  $N -> text, where they are known */
+export function sendingOrder(numbers: Iterable<number>, before?: ReadonlyMap<number, string>, after?: ReadonlyMap<number, string>): number[] {
+  const rises = (n: number): boolean => CURVE.has(n) && Number(after?.get(n) ?? 0) > Number(before?.get(n) ?? 0);
+  const givesUp = (n: number): boolean => n >= SECOND_MOTOR && n < SECOND_MOTOR + AXES.length && after?.get(n) === "0";
+  const rank = (n: number): number => (n === FIRST_OF_ALL ? 0 : rises(n) || givesUp(n) ? 1 : 2);
+  return [...numbers].sort((a, b) => rank(a) - rank(b) || (rises(a) && rises(b) ? b - a : a - b));
 }
 
 /** Every setting's default, as `$$` prints it. */

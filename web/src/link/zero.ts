@@ -56,8 +56,8 @@ function fromHere(facts: ZeroFacts, lift_mm: number | null, across: string): Zer
   return { kind: "go", lines: [lift, across], z_mm: facts.machine_mm[Z]! + lift_mm };
 }
 
-/** Why work zero of an axis cannot be reached; "": it can. */
-function outside(facts: ZeroFacts, axis: number, zero_mm: number): string {
+/** Why a machine position of an axis cannot be reached; "": it can. */
+export function outside(facts: ZeroFacts, axis: number, zero_mm: number, what = `Work zero of ${AXES[axis]}`): string {
   const travel_mm = setting(facts, TRAVEL + axis);
   if (travel_mm <= 0) return ""; // without limits
   const homesLow = ((setting(facts, HOMING_DIRECTIONS) >> axis) & 1) !== 0;
@@ -65,17 +65,17 @@ function outside(facts: ZeroFacts, axis: number, zero_mm: number): string {
   const high_mm = homesLow ? 0 : -clear(facts);
   if (zero_mm >= low_mm - ROUNDING_MM && zero_mm <= high_mm + ROUNDING_MM) return "";
   return (
-    `Work zero of ${AXES[axis]} is at ${zero_mm.toFixed(3)} mm in machine coordinates, and ${AXES[axis]} moves from ` +
-    `${low_mm.toFixed(3)} to ${high_mm.toFixed(3)}. Nothing was moved: set the work zero within this range.`
+    `${what} is at ${zero_mm.toFixed(3)} mm in machine coordinates, and ${AXES[axis]} moves from ` +
+    `${low_mm.toFixed(3)} to ${high_mm.toFixed(3)}. Nothing was moved: set it within this range.`
   );
 }
 
 /** How far the machine stays off its switches. */
-function clear(facts: ZeroFacts): number {
+export function clear(facts: ZeroFacts): number {
   return Math.max(setting(facts, PULL_OFF), CLEAR_MM);
 }
 
-function rate(facts: ZeroFacts, axis: number): number {
+export function rate(facts: ZeroFacts, axis: number): number {
   return setting(facts, MAX_RATE + axis) || 1;
 }
 

@@ -8,6 +8,7 @@ import { AXES, type RealtimeName } from "../tables";
 import { Button, Card, Check, Icon, Progress, Segments, type IconName } from "./parts";
 import { isLarge, PositionCard } from "./position";
 import { ProbeCard } from "./probe";
+import { Shortcuts } from "./shortcuts";
 
 const jogger = new Jogger(controller);
 const STEPS = [0.01, 0.1, 1, 10, 100] as const;
@@ -29,6 +30,7 @@ export function ControlTab(): JSX.Element {
       </div>
       <div class={`${isLarge.value ? "w12" : "w5"} stack`}>
         <JogCard />
+        <Shortcuts />
         <OverrideCard />
       </div>
     </div>

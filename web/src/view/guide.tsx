@@ -1,12 +1,13 @@
 /** Set a machine up for the first time, step by step. It writes settings as the tab Settings does, says which, and can
  * be left and continued. */
-import { computed, effect, signal } from "@preact/signals";
+import { computed, effect, signal, useSignal } from "@preact/signals";
 import type { JSX } from "preact";
 import { attempt, controller, noHoming, noMotion, store, stored } from "../app";
 import { corrected, flipped, measure, readProgress, stepsPerMm } from "../link/guide";
 import { Jogger } from "../link/jog";
-import { importText, same, sendingOrder } from "../link/settingsfile";
+import { readSettings, same, sendingOrder } from "../link/settingsfile";
 import { AXES, findSetting, settingNumber, settingProblem } from "../tables";
+import { ApplyDialog, MachineChoice } from "./apply";
 import { Button, Card, Field, FileButton, Notice } from "./parts";
 
 const KEY = "wificnc.guide";
@@ -48,10 +49,15 @@ async function write(values: ReadonlyMap<number, string>): Promise<void> {
     const problem = settingProblem(setting.row, after);
     if (problem) throw new Error(`$${number} ${setting.row.name}: ${problem}`);
     await controller.send(`$${number}=${after}`);
-    const line = `$${number} ${setting.row.name} ${setting.axis}: ${Number(before)} → ${Number(after)}`;
-    progress.value = { ...progress.value, written: [...progress.value.written, line] };
+    note(number, before, after);
   }
   await controller.send("$$");
+}
+
+function note(number: number, before: string, after: string): void {
+  const setting = findSetting(number);
+  const line = `$${number} ${setting?.row.name ?? ""} ${setting?.axis ?? ""}: ${Number(before)} → ${Number(after)}`;
+  progress.value = { ...progress.value, written: [...progress.value.written, line] };
 }
 
 export function GuideTab(): JSX.Element {
@@ -130,13 +136,12 @@ const QUESTIONS = [
 ] as const;
 
 function Machine(): JSX.Element {
-  const useFile = (file: File): Promise<void> =>
-    attempt(async () => {
-      const values = importText(await file.text());
-      await write(new Map([...values].filter(([number]) => now(number) !== "")));
-      typed.value = {};
-      go(1);
-    });
+  const asks = useSignal<{ values: ReadonlyMap<number, string>; name: string } | null>(null);
+  const ask = (values: ReadonlyMap<number, string>, name: string): void => void (asks.value = { values, name });
+  const close = (): void => {
+    asks.value = null;
+    typed.value = {};
+  };
   const apply = (): Promise<void> =>
     attempt(async () => {
       const values = new Map<number, string>();
@@ -151,9 +156,19 @@ function Machine(): JSX.Element {
     });
   return (
     <>
-      <p>Use the file of your machine, or answer the questions below. Measured values are better than those of a shop.</p>
+      {asks.value && (
+        <ApplyDialog
+          title={`Write the settings of ${asks.value.name}?`}
+          values={asks.value.values}
+          onWritten={(number, before) => note(number, before, asks.peek()!.values.get(number)!)}
+          onSent={(refused) => refused.length === 0 && go(1)}
+          onClose={close}
+        />
+      )}
+      <p>Choose your machine, use its file, or answer the questions below. Measured values are better than those of a shop.</p>
       <div class="row">
-        <FileButton accept=".toml,.txt" onFile={(file) => void useFile(file)} testId="guide-file">
+        <MachineChoice onChoose={ask} />
+        <FileButton accept=".toml,.txt" onFile={(file) => void attempt(async () => ask(await readSettings(await file.text()), file.name))} testId="guide-file">
           Machine profile or settings file
         </FileButton>
       </div>

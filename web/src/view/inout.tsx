@@ -1,7 +1,8 @@
 /** Manual outputs, inputs as they are, and what the board's spare inputs and its mode are for. */
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
-import { attempt, board, controller, noLines } from "../app";
+import { attempt, controller, noLines } from "../app";
+import { board } from "../chosen";
 import { setValue, valueOf } from "../storage/board";
 import { isModule, moduleFaults, storedNumber } from "../storage/module";
 import type { StoredNumber } from "../tables";

@@ -2,8 +2,9 @@
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
-import { attempt, board, chooseBoard, fail, portForLoader } from "../app";
+import { attempt, fail, portForLoader } from "../app";
 import { BOARDS } from "../boards";
+import { board, chooseBoard } from "../chosen";
 import { BoardDevice, type Chip } from "../flash/device";
 import { loadFirmware, loadIndex, type FirmwareIndex } from "../flash/manifest";
 import { hasWebSerial } from "../link/serial";

@@ -1,13 +1,15 @@
 /** A job: dropped, checked on the real core, looked at, sent, and resumed where it ended. */
 import { useSignal } from "@preact/signals";
 import type { JSX } from "preact";
-import { attempt, checkJob, controller, fail, job, preflight, standing } from "../app";
+import { useEffect } from "preact/hooks";
+import { attempt, checkJob, controller, doing, fail, job, preflight, standing } from "../app";
 import { describe, secondsAtLine, type Preflight } from "../job/preflight";
 import type { Report } from "../job/core";
 import { laserWarning } from "../job/engraving";
 import { readProgram } from "../job/program";
 import { type MachineFacts, type Resume } from "../job/resume";
 import { NOWHERE, travelFindings, unplacedAxes, type TravelFinding } from "../job/standing";
+import { notKept } from "../keeping";
 import { AXES, settingNumber } from "../tables";
 import { OverrideCard } from "./control";
 import { FrameButton } from "./frame";
@@ -19,6 +21,7 @@ const FINDINGS_SHOWN = 8;
 const LASER_MODE = settingNumber("laser_mode");
 
 export function JobTab(): JSX.Element {
+  useEffect(checkKept, [job.program.value]);
   if (!job.program.value)
     return (
       <Card title="Job">
@@ -37,6 +40,12 @@ export function JobTab(): JSX.Element {
       </div>
     </div>
   );
+}
+
+/** A job that was kept over a reload is checked when someone looks at it. */
+function checkKept(): void {
+  const isChecked = preflight.result.value || preflight.progress.value !== null || preflight.failed.value;
+  if (job.program.value && !isChecked) void attempt(checkJob);
 }
 
 // ---- the file ----
@@ -67,6 +76,11 @@ function Drop(): JSX.Element {
   );
 }
 
+function close(): void {
+  job.unload();
+  preflight.forget();
+}
+
 async function open(file: File): Promise<void> {
   if (job.active.value) throw new Error("A job is running: stop it first");
   job.unload(); // also when the new file cannot be read: what is shown is what Start would send
@@ -82,9 +96,14 @@ function PathCard(): JSX.Element {
     <Card
       title={program.name}
       tools={
-        <FileButton accept={ACCEPT} onFile={(file) => void attempt(() => open(file))} testId="job-file">
-          Other file
-        </FileButton>
+        <>
+          <FileButton accept={ACCEPT} onFile={(file) => void attempt(() => open(file))} testId="job-file">
+            Other file
+          </FileButton>
+          <Button why={job.active.value && "Stop the job first."} title="This browser keeps the job until then" onClick={close} testId="job-close">
+            Close
+          </Button>
+        </>
       }
     >
       {preflight.progress.value !== null && (
@@ -227,6 +246,7 @@ const RESULT: Record<string, { kind: "good" | "warn" | "bad"; title: string }> =
   stopped: { kind: "warn", title: "The job was stopped" },
   failed: { kind: "bad", title: "The job ended with an error" },
   lost: { kind: "bad", title: "The connection was lost during the job" },
+  left: { kind: "bad", title: "This page was closed or loaded again during the job" },
 };
 
 /** Why a start wants a second thought. */
@@ -261,7 +281,7 @@ function RunCard(): JSX.Element {
   const state = job.state.value;
   const result = RESULT[state];
   const total = job.total;
-  const ready = controller.commands.value && controller.state.value === "Idle" && !job.active.value;
+  const ready = controller.commands.value && controller.state.value === "Idle" && !job.active.value && !doing.value;
   return (
     <Card title="Run">
       <div class="row">
@@ -289,6 +309,7 @@ function RunCard(): JSX.Element {
         <dd>{timeLeft()}</dd>
       </dl>
       {result && <Notice kind={result.kind} title={result.title} text={job.why.value} />}
+      {notKept.value && <p class="small soft">This browser does not keep the job ({notKept.value}): a reload of the page loses it.</p>}
       <ResumeBar />
     </Card>
   );
@@ -308,8 +329,8 @@ function ResumeBar(): JSX.Element | null {
   const line = useSignal(1);
   const plan = useSignal<Resume | null>(null);
   if (job.active.value) return null;
-  const ended = ["lost", "stopped", "failed"].includes(job.state.value);
-  const suggested = Math.max(1, job.currentLine.value);
+  const ended = ["lost", "stopped", "failed", "left"].includes(job.state.value);
+  const suggested = Math.max(1, job.resumeLine.value);
   const make = (): Promise<void> =>
     attempt(async () => {
       plan.value = await preflight.plan(job.program.value!.lines, line.value > 1 ? line.value : suggested, facts());
@@ -331,7 +352,7 @@ function ResumeBar(): JSX.Element | null {
             data-test="resume-line"
           />
         </Field>
-        <Button disabled={!controller.commands.value || controller.state.value !== "Idle"} onClick={() => void make()} testId="resume-plan">
+        <Button disabled={!controller.commands.value || controller.state.value !== "Idle" || doing.value !== ""} onClick={() => void make()} testId="resume-plan">
           {ended ? "Prepare resume" : "Prepare start"}
         </Button>
       </div>

@@ -1,6 +1,6 @@
 /** The channels of an I/O module: what they are. Only a host of WMC3 gets their levels. */
 import type { JSX } from "preact";
-import { board } from "../app";
+import { board } from "../chosen";
 import { channelRefusal, channels, isModule, moduleFaults, numberOf, setFlag, setNumber, setPin, storedNumber, type Channel } from "../storage/module";
 import type { Board } from "../tables";
 import { Card, Check, Field, Notice } from "./parts";

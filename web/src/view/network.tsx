@@ -1,7 +1,8 @@
 /** How the board joins networks, and what it asks of those who come. */
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
-import { attempt, board, portForLoader } from "../app";
+import { attempt, portForLoader } from "../app";
+import { board } from "../chosen";
 import { findNetworks, joinNetwork, type Joined, type Network } from "../flash/provision";
 import { hasWebSerial } from "../link/serial";
 import { LinkError } from "../link/transport";

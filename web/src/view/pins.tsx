@@ -1,8 +1,8 @@
 /** Which signal is on which pin: the board's own wiring, moved by what is stored. */
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
-import { board, chooseBoard } from "../app";
 import { BOARDS } from "../boards";
+import { board, chooseBoard } from "../chosen";
 import { pinoutUrl } from "../pinouts";
 import { clashes, ownPin, pinOf, refusal, setValue } from "../storage/board";
 import { TABLES, type Board, type StoredPin } from "../tables";

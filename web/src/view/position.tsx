@@ -5,7 +5,7 @@ import { useEffect, useRef } from "preact/hooks";
 import { attempt, controller, noHoming, noMotion, standing } from "../app";
 import { typedPosition, WORK_SYSTEMS } from "../link/offsets";
 import type { Status } from "../link/messages";
-import { planZero, type ZeroFacts } from "../link/zero";
+import { planZero, type ZeroFacts, type ZeroPlan } from "../link/zero";
 import { AXES } from "../tables";
 import { lastZero, nameSystem, setPosition, showsInches, systemNames, undoZero, workSystem } from "../zeroing";
 import { Button, Card, Dialog, Field } from "./parts";
@@ -62,14 +62,18 @@ export function PositionCard(): JSX.Element {
 
 const SAME_HEIGHT_MM = 0.05;
 
-function zeroFacts(): ZeroFacts {
+export function zeroFacts(): ZeroFacts {
   const { machine_mm, origin_mm, homed, settings } = standing.value;
   return { axisCount: controller.axisCount.value, homed, machine_mm, offset_mm: origin_mm, settings };
 }
 
-/** Each line when the one before has been moved completely. @returns whether someone has to say first how far Z lifts */
+/** @returns whether someone has to say first how far Z lifts */
 async function goToZero(lift_mm: number | null): Promise<boolean> {
-  const plan = planZero(zeroFacts(), lift_mm);
+  return goBy(planZero(zeroFacts(), lift_mm));
+}
+
+/** Each line when the one before has been moved completely. @returns whether someone has to say first how far Z lifts */
+export async function goBy(plan: ZeroPlan): Promise<boolean> {
   if (plan.kind === "ask") return true;
   if (plan.kind === "refuse") throw new Error(plan.why);
   for (const [i, line] of plan.lines.entries()) {

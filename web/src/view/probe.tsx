@@ -1,9 +1,9 @@
 /** Probing dialogs: a picture, the numbers, a test of the probe before anything moves, the lines, the result and its undo. */
-import { useSignal } from "@preact/signals";
+import { signal, useSignal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
-import { controller, noMotion, standing } from "../app";
-import { planProbe, probeProblem, runProbe, stepText, USUAL, type Cycle, type ProbeMachine, type ProbeValues, type Sign } from "../link/probing";
+import { attempt, controller, noMotion, standing } from "../app";
+import { edgeAngle_deg, planProbe, probeProblem, runProbe, stepText, USUAL, type Cycle, type ProbeMachine, type ProbeValues, type Sign } from "../link/probing";
 import { setPosition, showsInches, undoZero, workSystem } from "../zeroing";
 import { Button, Card, Dialog, Field, Notice, Segments } from "./parts";
 import { ProbePicture } from "./probepicture";
@@ -28,6 +28,8 @@ interface Wizard {
   title: string;
   begin: string;
   fields: readonly NumberName[];
+  /** Where a number means something else here. */
+  labels?: Partial<Record<NumberName, string>>;
 }
 
 const WIZARDS: readonly Wizard[] = [
@@ -62,6 +64,20 @@ const WIZARDS: readonly Wizard[] = [
     begin: "Jog the tool to a few mm next to the edge, below the top of the work.",
     fields: ["tool_mm", "wall_mm", "reach_mm", "feed_mm_min"],
   },
+  {
+    cycle: "rotation",
+    title: "Rotation",
+    begin: "Jog the tool to a few mm next to the edge, below the top of the work, at its left or front end. It touches there and once more along the edge. Nothing is set.",
+    fields: ["width_mm", "reach_mm", "feed_mm_min"],
+    labels: { width_mm: "Distance along the edge, mm" },
+  },
+  {
+    cycle: "length",
+    title: "Tool length",
+    begin: "Jog the tool to above the plate or the tool setter, which stays in one place. Measure the tool of the work zero first, as the reference, then each other tool.",
+    fields: ["down_mm", "reach_mm", "feed_mm_min"],
+    labels: { down_mm: "Lift afterwards, mm" },
+  },
 ];
 
 export function ProbeCard(): JSX.Element {
@@ -87,7 +103,37 @@ const machine: ProbeMachine = {
   report_mm: () => (showsInches.value ? MM_PER_INCH : 1),
   isTouching: () => isTouching(),
   setPosition: (axis, value_mm) => setPosition({ [axis]: value_mm }, `probed ${axis}`),
+  setLength,
 };
+
+/** Machine position of Z at which a tool of length 0 touches; null: no tool was measured since the controller has started. */
+const reference_mm = signal<number | null>(null);
+const isReference = signal(true);
+const broken = controller.onBreak;
+controller.onBreak = (what) => {
+  broken(what);
+  reference_mm.value = null;
+  isReference.value = true;
+};
+
+function length_mm(): number {
+  return standing.value.offsets.get("TLO")?.[0] ?? 0;
+}
+
+/** Of the reference: the length in force stays. Of another tool: by how much earlier it touches. */
+async function setLength(contact_mm: number): Promise<void> {
+  if (isReference.value || reference_mm.value === null) {
+    await controller.refresh("$#");
+    reference_mm.value = contact_mm - length_mm();
+    return;
+  }
+  await controller.send(lengthLine(contact_mm - reference_mm.value));
+  await controller.refresh("$#");
+}
+
+function lengthLine(mm: number): string {
+  return `G21G43.1Z${Number(mm.toFixed(4))}`;
+}
 
 function isTouching(): boolean {
   return controller.status.value?.pins.includes("P") ?? false;
@@ -116,10 +162,13 @@ function ProbeDialog({ wizard, onClose }: { wizard: Wizard; onClose: () => void 
   const steps = planProbe(wizard.cycle, values.value);
   const problem = probeProblem(values.value);
   const tested = useProbeTest();
+  const found = useSignal<ReadonlyMap<string, number>>(new Map());
+  const before_mm = useSignal(0);
   const go = async (): Promise<void> => {
     [phase.value, failed.value] = ["running", ""];
     try {
-      await withModes(async () => void (await runProbe(steps, machine, () => phase.peek() === "stopping")));
+      before_mm.value = length_mm();
+      await withModes(async () => void (found.value = await runProbe(steps, machine, () => phase.peek() === "stopping")));
       phase.value = "done";
     } catch (error) {
       failed.value = phase.peek() === "stopping" ? "Stopped by hand." : error instanceof Error ? error.message : String(error);
@@ -140,13 +189,13 @@ function ProbeDialog({ wizard, onClose }: { wizard: Wizard; onClose: () => void 
         <p class="small">{wizard.begin} The machine need not be homed.</p>
       </div>
       {phase.value === "done" ? (
-        <Result wizard={wizard} onClose={onClose} />
+        <Result wizard={wizard} values={values.value} found={found.value} before_mm={before_mm.value} onClose={onClose} />
       ) : (
         <>
           <Sides wizard={wizard} values={values.value} onChange={(next) => (values.value = next)} />
           <div class="numbers">
             {wizard.fields.map((name) => (
-              <Field key={name} label={FIELDS[name]}>
+              <Field key={name} label={wizard.labels?.[name] ?? FIELDS[name]}>
                 <input
                   class="input mono"
                   type="number"
@@ -210,7 +259,8 @@ function ProbeTest({ tested }: { tested: boolean }): JSX.Element {
 }
 
 function Sides({ wizard, values, onChange }: { wizard: Wizard; values: ProbeValues; onChange: (values: ProbeValues) => void }): JSX.Element | null {
-  const isEdge = wizard.cycle === "edge";
+  const isEdge = wizard.cycle === "edge" || wizard.cycle === "rotation";
+  if (wizard.cycle === "length") return <LengthOf />;
   if (!isEdge && wizard.cycle !== "corner") return null;
   const side = (axis: "X" | "Y", names: readonly [string, string]): JSX.Element => (
     <Segments
@@ -231,7 +281,80 @@ function Sides({ wizard, values, onChange }: { wizard: Wizard; values: ProbeValu
   );
 }
 
-function Result({ wizard, onClose }: { wizard: Wizard; onClose: () => void }): JSX.Element {
+function LengthOf(): JSX.Element {
+  const options = [
+    { value: 1, text: "Reference tool" },
+    { value: 0, text: "Other tool" },
+  ];
+  return (
+    <>
+      <Segments label="Which tool" value={Number(isReference.value || reference_mm.value === null)} options={options} onChange={(value) => (isReference.value = value === 1 || reference_mm.value === null)} />
+      <p class="small soft">{reference_mm.value === null ? "No reference yet: this tool becomes it." : `Its tool length is ${length_mm().toFixed(3)} mm now.`}</p>
+    </>
+  );
+}
+
+interface ResultProps {
+  wizard: Wizard;
+  values: ProbeValues;
+  found: ReadonlyMap<string, number>;
+  /** The tool length before the cycle. */
+  before_mm: number;
+  onClose: () => void;
+}
+
+/** A measured edge: the controller does not turn coordinates, so the work is turned. */
+function Turned({ values, found, onClose }: ResultProps): JSX.Element {
+  const angle = edgeAngle_deg(values, found);
+  const off_mm = Math.abs(found.get("second")! - found.get("first")!);
+  const [way, back] = angle > 0 ? ["counter-clockwise", "clockwise"] : ["clockwise", "counter-clockwise"];
+  const text = `Turn the work ${back}: ${off_mm.toFixed(2)} mm over ${values.width_mm} mm. Then measure it again, and set the work zero.`;
+  return (
+    <>
+      <Notice kind="good" title={`The edge is turned by ${Math.abs(angle).toFixed(3)}° ${way}`} text={off_mm < 0.005 ? "It is straight." : text} />
+      <Button kind="primary" onClick={onClose} testId="probe-close">
+        Close
+      </Button>
+    </>
+  );
+}
+
+function Length({ before_mm, onClose }: ResultProps): JSX.Element {
+  const undone = useSignal(false);
+  const undo = async (): Promise<void> => {
+    await controller.send(before_mm === 0 ? "G49" : lengthLine(before_mm));
+    await controller.refresh("$#");
+    undone.value = true;
+  };
+  const wasReference = isReference.value;
+  const next = (): void => {
+    isReference.value = false;
+    onClose();
+  };
+  const title = wasReference ? "This tool is the reference" : `The tool length is ${length_mm().toFixed(3)} mm`;
+  return (
+    <>
+      <Notice kind={undone.value ? "info" : "good"} title={undone.value ? "The tool length of before is back." : title} text={wasReference ? "Set the work zero of Z with it. Measure each other tool at the same place." : undefined} />
+      <div class="row">
+        <Button kind="primary" onClick={next} testId="probe-close">
+          Close
+        </Button>
+        {!wasReference && !undone.value && (
+          <Button why={noMotion.value} onClick={() => void attempt(undo)} testId="probe-undo">
+            Undo
+          </Button>
+        )}
+      </div>
+    </>
+  );
+}
+
+function Result(props: ResultProps): JSX.Element {
+  if (props.wizard.cycle === "rotation") return <Turned {...props} />;
+  return props.wizard.cycle === "length" ? <Length {...props} /> : <ZeroSet {...props} />;
+}
+
+function ZeroSet({ wizard, onClose }: ResultProps): JSX.Element {
   const undone = useSignal("");
   const sets = planProbe(wizard.cycle, USUAL).filter((step) => step.kind === "set");
   const axes = wizard.cycle === "edge" ? "the axis" : sets.map((step) => step.axis).sort().join(", ");

@@ -5,7 +5,7 @@ import type { Cycle, ProbeValues } from "../link/probing";
 export function ProbePicture({ cycle, values }: { cycle: Cycle; values: ProbeValues }): JSX.Element {
   const { side, edge } = values;
   const mirrored = cycle === "corner" ? `scale(${-side.X} ${-side.Y})` : "";
-  const turned = cycle === "edge" ? (edge === "X" ? `scale(${-side.X} 1)` : `rotate(${side.Y < 0 ? -90 : 90})`) : "";
+  const turned = cycle === "edge" || cycle === "rotation" ? (edge === "X" ? `scale(${-side.X} 1)` : `rotate(${side.Y < 0 ? -90 : 90})`) : "";
   return (
     <svg class="probe-picture" viewBox="-60 -60 120 120" aria-hidden="true">
       <g transform={mirrored || turned || undefined}>{DRAWN[cycle]}</g>
@@ -66,6 +66,25 @@ const DRAWN: Readonly<Record<Cycle, JSX.Element>> = {
       <circle class="work" r={26} />
       {four(55, 29)}
       <Zero at={[0, 0]} />
+    </>
+  ),
+  rotation: (
+    <>
+      <path class="work" d="M-4 -50L55 -58V58L8 50z" />
+      <circle class="tool" cx={-38} cy={34} r={8} />
+      <circle class="tool" cx={-38} cy={-34} r={8} />
+      <Arrow from={[-30, 34]} to={[3, 34]} />
+      <Arrow from={[-30, -34]} to={[-6, -34]} />
+      <Arrow from={[-38, 24]} to={[-38, -22]} />
+    </>
+  ),
+  length: (
+    <>
+      <rect class="work" x={-50} y={42} width={100} height={16} />
+      <rect class="plate" x={-16} y={18} width={32} height={24} />
+      <path class="tool" d="M-34 -52h14v24h-14zM-7 -52h14v46h-14z" />
+      <Arrow from={[0, -4]} to={[0, 15]} />
+      <path class="zero" d="M-40 -6h80M-40 -28h26" />
     </>
   ),
   edge: (

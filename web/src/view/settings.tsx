@@ -2,9 +2,9 @@
 import { computed, signal } from "@preact/signals";
 import type { JSX } from "preact";
 import { attempt, controller, noHoming } from "../app";
-import { RefusedError } from "../link/controller";
-import { defaultsText, exportText, importText, same, sendingOrder } from "../link/settingsfile";
+import { defaultsText, exportText, readSettings, same } from "../link/settingsfile";
 import { findSetting, settingProblem, settingsOf, type Setting } from "../tables";
+import { ApplyDialog, changesOf, MachineChoice, missingText } from "./apply";
 import { Button, Card, Check, Dialog, FileButton, Notice, saveFile } from "./parts";
 import { TrustCard } from "./trust";
 import { VibrationCard } from "./vibration";
@@ -15,16 +15,13 @@ const search = signal("");
 const onlyChanged = signal(false);
 const asks = signal<"apply" | "restore" | null>(null);
 
+/** What was imported last, for the notice above the table. */
+const brought = signal<{ title: string; text: string } | null>(null);
+
 const current = controller.settings;
 
 /** What would change on the controller. */
-const changes = computed(() =>
-  [...edits.value].filter(([number, text]) => {
-    const before = current.value.get(number);
-    const setting = findSetting(number);
-    return before === undefined || !setting || text.trim() === "" || !same(setting.row, before, text);
-  }),
-);
+const changes = computed(() => changesOf(edits.value).map((number) => [number, edits.value.get(number)!] as const));
 
 const problems = computed(() =>
   changes.value.filter(([number, text]) => {
@@ -57,6 +54,13 @@ function SettingsCard(): JSX.Element {
     );
   return (
     <Card title="Settings" tools={<Tools />}>
+      {brought.value && (
+        <Notice kind={brought.value.text ? "warn" : "info"} {...brought.value}>
+          <Button size="small" onClick={() => (brought.value = null)}>
+            Close
+          </Button>
+        </Notice>
+      )}
       <ChangeBar />
       <div class="row">
         <input
@@ -70,7 +74,7 @@ function SettingsCard(): JSX.Element {
         <Check label="Only settings that differ from the default" checked={onlyChanged.value} onChange={(on) => (onlyChanged.value = on)} />
       </div>
       <SettingTable />
-      {asks.value === "apply" && <ApplyDialog />}
+      {asks.value === "apply" && <ApplyEdits />}
       {asks.value === "restore" && <RestoreDialog />}
     </Card>
   );
@@ -85,6 +89,7 @@ function Tools(): JSX.Element {
       <FileButton size="small" accept=".toml,.txt,.nc,.gcode,.settings" onFile={(file) => void attempt(() => importFile(file))} testId="settings-file">
         Import
       </FileButton>
+      <MachineChoice onChoose={bring} />
       <Button size="small" why={noHoming.value} onClick={() => (asks.value = "restore")}>
         Restore defaults
       </Button>
@@ -92,9 +97,16 @@ function Tools(): JSX.Element {
   );
 }
 
-/** The file's values become edits; nothing is sent yet. */
+/** The values of a file or a profile become edits; nothing is sent yet. */
+function bring(values: ReadonlyMap<number, string>, name: string): void {
+  edit(new Map([...values].filter(([number]) => current.value.has(number))));
+  const count = changesOf(values).length;
+  const changed = count === 0 ? "nothing to change" : count === 1 ? "one setting differs" : `${count} settings differ`;
+  brought.value = { title: `${name}: ${changed}`, text: missingText(values) };
+}
+
 async function importFile(file: File): Promise<void> {
-  edit(importText(await file.text()));
+  bring(await readSettings(await file.text()), file.name);
 }
 
 function ChangeBar(): JSX.Element | null {
@@ -110,7 +122,7 @@ function ChangeBar(): JSX.Element | null {
       <Button size="small" kind="primary" disabled={wrong > 0} why={noHoming.value} onClick={() => (asks.value = "apply")} testId="settings-apply">
         Review and apply
       </Button>
-      <Button size="small" onClick={() => (edits.value = new Map())}>
+      <Button size="small" onClick={() => ((edits.value = new Map()), (brought.value = null))}>
         Discard
       </Button>
     </Notice>
@@ -204,61 +216,10 @@ function Value({ setting }: { setting: Setting }): JSX.Element {
   );
 }
 
-function ApplyDialog(): JSX.Element {
-  const rows = sendingOrder(changes.value.map(([number]) => number));
-  return (
-    <Dialog title="Apply these settings?" onClose={() => (asks.value = null)}>
-      <div class="scroll">
-        <table>
-          <thead>
-            <tr>
-              <th>Setting</th>
-              <th class="number">now</th>
-              <th class="number">then</th>
-            </tr>
-          </thead>
-          <tbody>
-            {rows.map((number) => (
-              <tr key={number}>
-                <td>
-                  ${number} {findSetting(number)?.row.name} {findSetting(number)?.axis}
-                </td>
-                <td class="number mono">{current.value.get(number) ?? "–"}</td>
-                <td class="number mono">{edits.value.get(number)}</td>
-              </tr>
-            ))}
-          </tbody>
-        </table>
-      </div>
-      <div class="row">
-        <Button kind="primary" why={noHoming.value} onClick={() => void apply(rows)} testId="settings-send">
-          Send
-        </Button>
-        <Button onClick={() => (asks.value = null)}>Cancel</Button>
-      </div>
-    </Dialog>
-  );
-}
-
-/** One after the other; a refused one stays an edit, and the others continue. */
-async function apply(numbers: readonly number[]): Promise<void> {
-  asks.value = null;
-  await attempt(async () => {
-    const refused: string[] = [];
-    const left = new Map(edits.value);
-    for (const number of numbers) {
-      try {
-        await controller.send(`$${number}=${edits.value.get(number)}`);
-        left.delete(number);
-      } catch (error) {
-        if (!(error instanceof RefusedError) || error.code === null) throw error;
-        refused.push(error.message);
-      }
-    }
-    edits.value = left;
-    await controller.send("$$");
-    if (refused.length > 0) throw new Error(refused.join("; "));
-  });
+/** A refused one stays an edit. */
+function ApplyEdits(): JSX.Element {
+  const sent = (refused: readonly number[]): void => void (edits.value = new Map([...edits.value].filter(([number]) => refused.includes(number))));
+  return <ApplyDialog title="Apply these settings?" values={edits.value} onWritten={() => {}} onSent={sent} onClose={() => (asks.value = null)} />;
 }
 
 function RestoreDialog(): JSX.Element {

@@ -1,0 +1,146 @@
+/** Stored positions, the laser's test, the spindle's warm-up, and the user's macros: one press each. */
+import { useSignal } from "@preact/signals";
+import type { JSX } from "preact";
+import { attempt, controller, doing, noHoming, noMotion, standing } from "../app";
+import { isLaser } from "../link/fire";
+import { macroLines, macroMoves, MOST_MACROS, type Macro } from "../link/macros";
+import { planStored, unknownPlace, type StoredName } from "../link/stored";
+import { keepMacros, macros, runMacro, stopMacro } from "../macros";
+import { FireDialog, WarmDialog } from "./fire";
+import { Button, Card, Dialog, Field, Notice } from "./parts";
+import { goBy, zeroFacts } from "./position";
+
+export function Shortcuts(): JSX.Element {
+  const open = useSignal<"" | "fire" | "warm" | "edit">("");
+  const edited = useSignal(-1);
+  const edit = (index: number): void => void ([edited.value, open.value] = [index, "edit"]);
+  const close = (): void => void (open.value = "");
+  const laser = isLaser(standing.value.settings);
+  return (
+    <Card
+      title="Shortcuts"
+      tools={
+        <Button size="small" disabled={macros.value.length >= MOST_MACROS} onClick={() => edit(macros.value.length)} testId="macro-new">
+          New macro
+        </Button>
+      }
+    >
+      <div class="row">
+        <StoredPosition name="G28" />
+        <StoredPosition name="G30" />
+        <Button why={noMotion.value} onClick={() => (open.value = laser ? "fire" : "warm")} testId={laser ? "fire" : "warm"}>
+          {laser ? "Test laser" : "Warm up spindle"}
+        </Button>
+      </div>
+      {macros.value.length > 0 && (
+        <div class="row">
+          {macros.value.map((macro, i) => (
+            <span key={i} class="pair" role="group" aria-label={macro.name}>
+              <Button
+                why={macroMoves(macro) ? noMotion.value : noHoming.value}
+                title={macro.lines}
+                onClick={() => void attempt(() => runMacro(macro))}
+                testId={`macro-${i}`}
+              >
+                {macro.name}
+              </Button>
+              <Button label={`Change ${macro.name}`} title={`Change ${macro.name}`} onClick={() => edit(i)} testId={`macro-edit-${i}`}>
+                …
+              </Button>
+            </span>
+          ))}
+        </div>
+      )}
+      {doing.value && (
+        <Notice kind="info" title={doing.value}>
+          <Button kind="danger" icon="stop" onClick={stopMacro} testId="macro-stop">
+            Stop
+          </Button>
+        </Notice>
+      )}
+      {open.value === "fire" && <FireDialog onClose={close} />}
+      {open.value === "warm" && <WarmDialog onClose={close} />}
+      {open.value === "edit" && <MacroDialog index={edited.value} onClose={close} />}
+    </Card>
+  );
+}
+
+function StoredPosition({ name }: { name: StoredName }): JSX.Element {
+  const asks = useSignal(false);
+  const place = standing.value.offsets.get(name);
+  const text = place ? place.slice(0, controller.axisCount.value).map((value) => value.toFixed(3)).join(", ") : "not reported";
+  const set = async (): Promise<void> => {
+    await controller.send(`${name}.1`);
+    await controller.refresh("$#");
+  };
+  return (
+    <span class="pair" role="group" aria-label={`Stored position ${name}`}>
+      <Button
+        why={noMotion.value}
+        title={`Raise Z, move to X and Y of ${name}, then to its Z. Machine position: ${text}`}
+        onClick={() => void attempt(() => goBy(planStored(name, standing.peek().offsets.get(name), zeroFacts())))}
+        testId={`go-${name}`}
+      >
+        Go to {name}
+      </Button>
+      <Button why={noMotion.value || unknownPlace(zeroFacts())} label={`Set ${name}`} title={`Store this position as ${name}`} onClick={() => (asks.value = true)} testId={`set-${name}`}>
+        Set
+      </Button>
+      {asks.value && (
+        <Dialog title={`Store this position as ${name}?`} onClose={() => (asks.value = false)}>
+          <p>The position that is stored now, in machine coordinates: {text}.</p>
+          <div class="row">
+            <Button kind="primary" why={noMotion.value} onClick={() => ((asks.value = false), void attempt(set))} testId={`store-${name}`}>
+              Store
+            </Button>
+            <Button onClick={() => (asks.value = false)}>Cancel</Button>
+          </div>
+        </Dialog>
+      )}
+    </span>
+  );
+}
+
+const NAME_LENGTH = 24;
+
+/** What is wrong with a macro; "": nothing. */
+function problemOf(macro: Macro): string {
+  if (macro.name.trim() === "") return "A macro needs a name.";
+  try {
+    macroLines(macro);
+    return "";
+  } catch (error) {
+    return error instanceof Error ? error.message : String(error);
+  }
+}
+
+function MacroDialog({ index, onClose }: { index: number; onClose: () => void }): JSX.Element {
+  const macro = useSignal<Macro>(macros.peek()[index] ?? { name: "", lines: "" });
+  const problem = problemOf(macro.value);
+  const replace = (...by: Macro[]): void => {
+    keepMacros(macros.peek().toSpliced(index, 1, ...by));
+    onClose();
+  };
+  return (
+    <Dialog title={index < macros.value.length ? "Change this macro" : "New macro"} onClose={onClose}>
+      <Field label="Name">
+        <input class="input" maxLength={NAME_LENGTH} value={macro.value.name} onInput={(event) => (macro.value = { ...macro.value, name: event.currentTarget.value })} data-test="macro-name" />
+      </Field>
+      <Field label="Lines" hint="G-code and $ commands, one after the other. Stored in this browser. The modes that they change stay changed.">
+        <textarea class="input mono" rows={6} spellcheck={false} value={macro.value.lines} onInput={(event) => (macro.value = { ...macro.value, lines: event.currentTarget.value })} data-test="macro-lines" />
+      </Field>
+      {problem && macro.value.lines && <p class="small" role="status">{problem}</p>}
+      <div class="row">
+        <Button kind="primary" why={problem} onClick={() => replace({ ...macro.value, name: macro.value.name.trim() })} testId="macro-save">
+          Save
+        </Button>
+        {index < macros.value.length && (
+          <Button kind="danger" onClick={() => replace()} testId="macro-delete">
+            Delete
+          </Button>
+        )}
+        <Button onClick={onClose}>Cancel</Button>
+      </div>
+    </Dialog>
+  );
+}
