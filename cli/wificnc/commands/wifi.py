@@ -11,6 +11,7 @@ from wificnc import ui
 from wificnc.commands._port import connected, port_option, progress_bars
 from wificnc.commands._target import json_option
 from wificnc.commands.flash import esp32_partitions
+from wificnc.errors import FlashError
 from wificnc.flash.plan import Region
 from wificnc.nvs.build import build_image
 from wificnc.nvs.image import NvsImage, read_image
@@ -36,6 +37,9 @@ def set_network(ssid: str, port: str | None, password: str | None) -> None:
     partition = esp32_partitions()["nvs"]
     with connected(port) as device:
         image = read_image(device.read(partition.offset, partition.size))
+        if image.damaged:
+            device.reset()
+            raise damaged_storage(image)
         kept = image if password else without(image, ["wifi_pass"])
         region = Region("settings", partition.offset, build_image(merged(kept, changes), partition.size))
         with progress_bars() as show:
@@ -88,6 +92,16 @@ def network_facts(image: NvsImage, mac: str) -> dict[str, str | bool | None]:
         "access_open": image.get(NAMESPACE, "access_open") == 1,
         "access_key": text("access_key"),
     }
+
+
+def damaged_storage(image: NvsImage) -> FlashError:
+    """A new image would leave out what cannot be read: perhaps the access key, or steps/mm."""
+    return FlashError(
+        f"the board's storage is damaged, nothing was written: {'; '.join(image.damaged)}",
+        hint="`wificnc nvs read -o damaged.bin` saves a copy of it. To replace the whole storage on purpose: "
+        "`wificnc nvs build MACHINE.toml --ssid SSID --wifi-password PASSWORD`, then `wificnc nvs flash nvs.bin`; "
+        "access key and settings that the file does not have are new then",
+    )
 
 
 def own_name(mac: str) -> str:
