@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import sys
 from urllib.parse import quote
 
 import rich_click as click
 
 from wificnc import ui
 from wificnc.commands._port import connected, port_option, progress_bars
+from wificnc.commands._qr import show_qr
 from wificnc.commands._target import json_option
 from wificnc.commands.flash import esp32_partitions
 from wificnc.errors import FlashError
@@ -119,13 +119,3 @@ def wifi_code(name: str, password: str) -> str:
 def page_link(name: str, key: str) -> str:
     """The page of a controller; what is behind # stays in the browser, which logs in with it."""
     return f"http://{name}.local/#key={quote(key, safe='')}"
-
-
-def show_qr(title: str, text: str) -> None:
-    try:
-        import segno
-    except ImportError:
-        ui.note("`pip install segno` to print a QR code here")
-        return
-    click.echo(f"{title}:")
-    segno.make(text).terminal(out=sys.stdout, compact=True)

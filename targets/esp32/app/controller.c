@@ -81,6 +81,11 @@ static const char *key(void *ctx) {
     return controller->key;
 }
 
+static bool page(void *ctx, char *text, size_t size) {
+    const struct controller *controller = ctx;
+    return controller->page != NULL && controller->page(text, size);
+}
+
 /* An answer longer than the buffer goes to the hub in pieces. */
 static void say(void *ctx, const char *bytes, size_t count) {
     struct controller *controller = ctx;
@@ -110,6 +115,7 @@ void controller_init(struct controller *controller, struct machine *machine,
                                            .notice = notice,
                                            .busy = busy,
                                            .presses = presses,
+                                           .page = page,
                                            .key = key};
     *controller = (struct controller){.machine = machine, .listener = -1};
     net_hub_init(&controller->hub, sizes, &ops, controller);
@@ -117,6 +123,7 @@ void controller_init(struct controller *controller, struct machine *machine,
 
 void controller_set(struct controller *controller, const struct controller_options *options) {
     controller->key = options->key;
+    controller->page = options->page;
     controller->hub.access = &controller->access;
 }
 

@@ -27,6 +27,8 @@ struct controller_port {
 /** Chosen at start, from the storage. */
 struct controller_options {
     const char *key; /* access key, told at serial ports; outlives this */
+    /** The address of the page; as net_hub_ops.page, without a context. NULL: there is none */
+    bool (*page)(char *text, size_t size);
 };
 
 struct controller {
@@ -34,6 +36,7 @@ struct controller {
     struct net_hub hub;
     struct access access; /* set up by the target, before clients come */
     const char *key;
+    bool (*page)(char *text, size_t size);
     struct controller_port port[CONTROLLER_PORTS];
     int listener;  /* -1: no network yet */
     bool has_wire; /* hosts of the binary protocol are served */

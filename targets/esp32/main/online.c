@@ -160,9 +160,21 @@ static void start_servers(struct firmware *firmware) {
     }
 }
 
+/* The own network is for who is in no other yet. */
+static bool page_address(char *text, size_t size) {
+    const uint32_t address = network_address();
+    if (address != 0)
+        snprintf(text, size, "http://%u.%u.%u.%u/", (unsigned)(address & 0xFF),
+                 (unsigned)(address >> 8 & 0xFF), (unsigned)(address >> 16 & 0xFF),
+                 (unsigned)(address >> 24));
+    else
+        snprintf(text, size, "http://" NETWORK_OWN_TEXT "/");
+    return address != 0 || network_own_is_up();
+}
+
 void firmware_start_network(struct firmware *firmware) {
     const struct ota_flash flash = {.lock = lock_machine, .unlock = unlock_machine, .ctx = firmware};
-    const struct controller_options options = {.key = firmware->key};
+    const struct controller_options options = {.key = firmware->key, .page = page_address};
     char text[128];
     firmware->has_network = network_start(&firmware->store);
     if (!firmware->has_network) {
@@ -197,11 +209,12 @@ void firmware_start_io_module(struct firmware *firmware) {
 void firmware_tell_address(struct firmware *firmware) {
     static uint32_t told;
     uint32_t address = network_address();
-    char text[96];
+    char text[128];
     if (address == told)
         return;
     told = address;
-    snprintf(text, sizeof text, "Address %u.%u.%u.%u or %s.local: Grbl at port %d, web page at port 80",
+    snprintf(text, sizeof text,
+             "Address %u.%u.%u.%u or %s.local: Grbl at port %d, web page at port 80, $QR prints a code",
              (unsigned)(address & 0xFF), (unsigned)(address >> 8 & 0xFF), (unsigned)(address >> 16 & 0xFF),
              (unsigned)(address >> 24), network_name(), TELNET_PORT);
     firmware_tell(firmware, address != 0 ? text : "No network");
