@@ -160,16 +160,11 @@ static void start_servers(struct firmware *firmware) {
     }
 }
 
-/* The own network is for who is in no other yet. */
 static bool page_address(char *text, size_t size) {
     const uint32_t address = network_address();
-    if (address != 0)
-        snprintf(text, size, "http://%u.%u.%u.%u/", (unsigned)(address & 0xFF),
-                 (unsigned)(address >> 8 & 0xFF), (unsigned)(address >> 16 & 0xFF),
-                 (unsigned)(address >> 24));
-    else
-        snprintf(text, size, "http://" NETWORK_OWN_TEXT "/");
-    return address != 0 || network_own_is_up();
+    snprintf(text, size, "http://%u.%u.%u.%u/", (unsigned)(address & 0xFF), (unsigned)(address >> 8 & 0xFF),
+             (unsigned)(address >> 16 & 0xFF), (unsigned)(address >> 24));
+    return address != 0;
 }
 
 void firmware_start_network(struct firmware *firmware) {
