@@ -3,6 +3,7 @@
 #include "app/boot_guard.h"
 #include "check.h"
 #include "net/link_policy.h"
+#include "net/update_trial.h"
 #include "net/wifi_policy.h"
 #include "net_light.h"
 
@@ -136,6 +137,37 @@ static void the_cause_of_a_failure_is_told_apart(void) {
     CHECK(wifi_policy_why(211) == WIFI_WRONG_PASSWORD && wifi_policy_why(205) == WIFI_FAILED);
 }
 
+/* ---- an update on trial ---- */
+
+static const uint32_t S = 1000000;
+
+static void a_new_firmware_stays_when_someone_reaches_it(void) {
+    struct update_trial trial = {.on = true};
+    CHECK(update_trial_poll(&trial, 5 * S, false, true) == UPDATE_WAIT);
+    CHECK(update_trial_poll(&trial, 6 * S, true, true) == UPDATE_WAIT); /* it may still crash */
+    CHECK(update_trial_poll(&trial, 29 * S, false, true) == UPDATE_WAIT);
+    CHECK(update_trial_poll(&trial, 30 * S, false, false) == UPDATE_CONFIRM);
+    for (uint32_t up_s = 31; up_s < 4000; up_s++)
+        CHECK(update_trial_poll(&trial, up_s * S, false, true) == UPDATE_WAIT);
+}
+
+static void a_new_firmware_that_no_one_reaches_goes(void) {
+    struct update_trial trial = {.on = true};
+    for (uint32_t up_s = 0; up_s < 300; up_s++)
+        CHECK(update_trial_poll(&trial, up_s * S, false, true) == UPDATE_WAIT);
+    CHECK(update_trial_poll(&trial, 300 * S, false, false) == UPDATE_WAIT); /* a job, by cable */
+    CHECK(update_trial_poll(&trial, 310 * S, false, true) == UPDATE_REVERT);
+    CHECK(update_trial_poll(&trial, 311 * S, false, true) == UPDATE_WAIT);
+    trial = (struct update_trial){.on = true};
+    CHECK(update_trial_poll(&trial, 299 * S, true, true) == UPDATE_CONFIRM); /* at the last moment */
+}
+
+static void a_firmware_that_was_confirmed_is_not_on_trial(void) {
+    struct update_trial trial = {.on = false};
+    for (uint32_t up_s = 0; up_s < 400; up_s++)
+        CHECK(update_trial_poll(&trial, up_s * S, false, true) == UPDATE_WAIT);
+}
+
 /* ---- LED ---- */
 
 /* How often it changes in a second. */
@@ -208,6 +240,9 @@ int main(void) {
     a_trial_opens_no_own_network_where_the_new_one_works();
     without_a_network_the_end_of_a_trial_leaves_our_own();
     the_cause_of_a_failure_is_told_apart();
+    a_new_firmware_stays_when_someone_reaches_it();
+    a_new_firmware_that_no_one_reaches_goes();
+    a_firmware_that_was_confirmed_is_not_on_trial();
     the_led_shows_the_states_of_the_reference();
     no_two_phases_look_the_same();
     what_matters_most_is_shown();

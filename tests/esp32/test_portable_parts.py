@@ -37,7 +37,7 @@ PROGRAMS = {
     "charge_pump": ("io/charge_pump.c",),
     "device_keys": ("app/device_keys.c", "io/pin_map.c", "store/nvs_device.c"),
     "pin_map": ("io/pin_map.c",),
-    "policies": ("app/boot_guard.c", "net/link_policy.c", "net/wifi_policy.c"),
+    "policies": ("app/boot_guard.c", "net/link_policy.c", "net/update_trial.c", "net/wifi_policy.c"),
     "nvs_store": ("store/nvs_channels.c", "store/nvs_keys.c", "store/nvs_store.c"),
     "serial": ("link/serial_stream.c",),
     "spindle_bus": ("io/spindle_bus.c",),

@@ -181,6 +181,28 @@ bool controller_serve_wire(struct controller *controller, const struct session_o
     return controller->has_wire;
 }
 
+const char *controller_why_busy(const struct controller *controller) {
+    const struct machine *machine = controller->machine;
+    const struct net_hub *hub = &controller->hub;
+    const enum machine_state state = machine_state(machine);
+    const bool idle = state == MACHINE_IDLE || state == MACHINE_ALARM || state == MACHINE_SLEEP;
+    const bool waits =
+        hub->inside > 0 || hub->left.count > 0 || (hub->owner != NULL && hub->owner->whole > 0);
+    return machine_is_at_rest(machine) && idle && !waits && !machine_has_line(machine)
+               ? NULL
+               : "a job is running or held: let it end, or reset the controller";
+}
+
+bool controller_is_reached(const struct controller *controller) {
+    const struct net_hub *hub = &controller->hub;
+    bool reached = controller->has_wire && controller->session.owner.on;
+    for (size_t i = 0; i < NET_CLIENTS; i++) {
+        const struct net_client *client = &hub->client[i];
+        reached |= client->stream.ops != NULL && !client->stream.local && !client->locked;
+    }
+    return reached;
+}
+
 /* ---- a round ---- */
 
 static void let_in(struct controller *controller) {

@@ -69,6 +69,12 @@ bool controller_listen(struct controller *controller, const char *host, const ch
 bool controller_serve_wire(struct controller *controller, const struct session_options *options,
                            const struct session_ops *ops, int *error);
 
+/** What a restart would end. @return NULL: nothing; else the reason, and what to do */
+const char *controller_why_busy(const struct controller *controller);
+
+/** Someone who may command is connected over the network. */
+bool controller_is_reached(const struct controller *controller);
+
 /** One round. @return true: there is more to do immediately; false: nothing for a ms */
 bool controller_round(struct controller *controller);
 

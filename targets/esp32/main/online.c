@@ -113,8 +113,9 @@ static void start_portal(struct firmware *firmware) {
 /* Nothing moves now, and nothing will until the end of the update. */
 static const char *lock_machine(void *ctx) {
     struct firmware *firmware = ctx;
-    if (!machine_is_at_rest(&firmware->machine))
-        return "the machine is moving: wait until it stops, or stop it";
+    const char *why = controller_why_busy(&firmware->controller);
+    if (why != NULL)
+        return why;
     firmware->hal.inputs.locked = true;
     return NULL;
 }
@@ -154,6 +155,8 @@ static void start_servers(struct firmware *firmware) {
         names.portal = portal_page;
         names.setup = firmware->portal;
     }
+    names.update = services_update;
+    names.updates = &firmware->services;
     if (!page_start(&firmware->controller.hub, NULL, &names, "80", &error)) {
         snprintf(text, sizeof text, "Cannot start the web page, error %d", error);
         firmware_tell(firmware, text);

@@ -56,7 +56,9 @@ static enum net_light controller_light(const struct firmware *firmware) {
 static bool serve_network(struct firmware *firmware, uint32_t now_us) {
     if (!firmware->has_network)
         return false;
-    bool more = services_poll(&firmware->services, now_us);
+    const struct controller *controller = &firmware->controller;
+    bool more = services_poll(&firmware->services, now_us, controller_is_reached(controller),
+                              controller_why_busy(controller) == NULL);
     more |= page_poll(now_us);
     if (firmware->portal != NULL)
         portal_poll(firmware->portal);
@@ -105,7 +107,8 @@ void firmware_run_io_module(void *ctx) {
         show_led(io_module_light(firmware), now_us);
         if (firmware->has_network)
             io_module_round(&firmware->io_module);
-        if (!firmware->has_network || !services_poll(&firmware->services, now_us))
+        const bool reached = firmware->controller.session.owner.on;
+        if (!firmware->has_network || !services_poll(&firmware->services, now_us, reached, !reached))
             vTaskDelay(pdMS_TO_TICKS(1));
     }
 }
