@@ -28,6 +28,7 @@ static const char about_path[] = "/api/controller";
 static const char discover_path[] = "/api/discover";
 static const char network_path[] = "/api/network";
 static const char stream_path[] = "/grbl";
+static const char update_path[] = "/update";
 static const char no_page[] = "This firmware does not include the web page. The Grbl stream is at port 23.\n";
 
 /* ---- answers ---- */
@@ -229,7 +230,10 @@ static void answer_request(struct net_http_place *place, const struct net_http_s
         refuse_method(place);
     else if (site->connect != NULL && strcmp(request.path, stream_path) == 0)
         answer_stream(place, &request);
-    else if (site->about != NULL && strcmp(request.path, about_path) == 0)
+    else if (site->update != NULL && strcmp(request.path, update_path) == 0) {
+        place->updates = true;
+        answer_stream(place, &request);
+    } else if (site->about != NULL && strcmp(request.path, about_path) == 0)
         answer_about(place, site->about);
     else if (site->discover != NULL && strcmp(request.path, discover_path) == 0)
         place->waits = true;
@@ -255,7 +259,10 @@ static void hand_over(struct net_http_place *place, const struct net_http_site *
         net_websocket_open(websocket, &place->stream, &stream);
         /* So that end() does not close it. */
         place->stream.ops = NULL;
-        site->connect(site->ctx, &stream, place->who);
+        if (place->updates)
+            site->update(site->updates, &stream);
+        else
+            site->connect(site->ctx, &stream, place->who);
     }
     end(place);
 }

@@ -12,6 +12,8 @@
  *
  *   GET /grbl, WebSocket   a client like any other: who owns, who observes and who must log in is the hub's
  *
+ *   GET /update, WebSocket a new firmware: who may send it, and what it may be, is the callee's
+ *
  * Pages from elsewhere may not command: a request's Host must be an address, a name that no name server of
  * others gives away (against DNS rebinding), or one of the site's list; and the Origin of a WebSocket must be
  * that host, as that of a POST. A connection has one request. In the controller's own network a request for
@@ -69,6 +71,9 @@ struct net_http_site {
     const char *about; /* who serves, as JSON; NULL: only files are served */
     /** A browser has opened the stream; the callee owns it now. NULL: none exists */
     void (*connect)(void *ctx, const struct net_stream *stream, const char *who);
+    /** A browser has opened the stream of updates; the callee owns it now. NULL: none is taken here */
+    void (*update)(void *updates, const struct net_stream *stream);
+    void *updates;
     /** Someone waits for the other controllers; called every round until there is an answer. NULL: this
      * server does not look for them. @return false: not yet */
     bool (*discover)(void *ctx, struct net_http_late *out);
@@ -99,7 +104,8 @@ struct net_http_place {
     bool calls;       /* ... the latter */
     uint16_t body_at; /* ... and this is where the body of its POST begins in head; 0: it is a GET */
     bool answers;     /* there is an answer */
-    bool upgrades;    /* ... and asks for the stream */
+    bool upgrades;    /* ... and asks for a stream */
+    bool updates;     /* ... that of updates */
     const char *body; /* behind the head */
     size_t body_left;
     uint32_t heard_us; /* when it last got on */

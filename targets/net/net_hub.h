@@ -24,6 +24,7 @@
  * client sends after it.
  * `$TRUST=day` or `always` of a client that is in lets all clients of its address in from now on, `$TRUST=no`
  * ends that; `$TRUST` lists such addresses, `$TRUST=no 2` ends the second's, `$TRUST=none` all.
+ * `$QR` is answered by the address of the page as a QR code, with the access key for who has a cable.
  *
  * No client shuts others out: one that says nothing is disconnected after some seconds, and net_places.h
  * chooses who goes for a newcomer when all places are taken. A browser that was made to send a request to a
@@ -79,6 +80,9 @@ struct net_hub_ops {
     bool (*notice)(void *ctx, unsigned number, char *text, size_t size);
     /** The access key, for who has a cable to the controller; may be NULL, and return NULL. */
     const char *(*key)(void *ctx);
+    /** The address of the page, such as http://10.0.0.7/. NULL: this controller has no page @return false: no
+     * network has given it one yet */
+    bool (*page)(void *ctx, char *text, size_t size);
     /** Lines or motion are under way: who only listens stays that long. May be NULL */
     bool (*busy)(void *ctx);
     /** How often the start button was pressed with nothing to start; wraps. NULL: there is none */

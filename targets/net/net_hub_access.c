@@ -134,10 +134,15 @@ static bool take_trust(struct net_hub *hub, struct net_client *client, const cha
     return false;
 }
 
+const char *net_hub_key_for(const struct net_hub *hub, const struct net_client *client) {
+    const bool shows = client->stream.local && hub->ops->key != NULL && net_hub_locks(hub);
+    return shows ? hub->ops->key(hub->ctx) : NULL;
+}
+
 void net_hub_tell_key(struct net_hub *hub, struct net_client *client) {
     char text[NET_MESSAGE_SIZE];
-    const char *key = client->stream.local && hub->ops->key != NULL ? hub->ops->key(hub->ctx) : NULL;
-    if (key == NULL || hub->access == NULL || hub->access->open)
+    const char *key = net_hub_key_for(hub, client);
+    if (key == NULL)
         return;
     snprintf(text, sizeof text, "Access key of network clients: %s", key);
     net_hub_say_message(hub, client, text);
@@ -312,7 +317,7 @@ bool net_hub_may_stop(struct net_hub *hub, struct net_client *client, uint8_t by
 bool net_hub_answer_access(struct net_hub *hub, struct net_client *client, const char *line, size_t size) {
     bool trusts = is_trust(line, size);
     if (!trusts && !net_hub_is_login(line, size) && !is_question(line, size))
-        return false;
+        return net_hub_answer_qr(hub, client, line, size);
     bool done = !trusts || take_trust(hub, client, line, size);
     if (done)
         net_hub_say(hub, client, "ok\r\n", 4);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * What the hub's files share: net_hub.c has lines and owners, net_hub_places.c connections, net_hub_access.c
- * who is let in. */
+ * who is let in, net_hub_qr.c the code of $QR. */
 #ifndef WIFICNC_NET_HUB_INNER_H
 #define WIFICNC_NET_HUB_INNER_H
 
@@ -77,11 +77,20 @@ bool net_hub_may_stop(struct net_hub *hub, struct net_client *client, uint8_t by
  * tried to command, for a day. */
 void net_hub_follow_button(struct net_hub *hub);
 
+/** @return the access key, for who has a cable to the controller; NULL: no key, or none for this client */
+const char *net_hub_key_for(const struct net_hub *hub, const struct net_client *client);
+
 /** The access key, to who has a cable to the controller. */
 void net_hub_tell_key(struct net_hub *hub, struct net_client *client);
 
-/** A login of who is in, or a line $TRUST=: answered immediately, also while the controller reads no line.
+/** A login of who is in, a line $TRUST=, or $QR: answered immediately, also while the controller reads no
+ * line.
  * @return false: it is another line */
 bool net_hub_answer_access(struct net_hub *hub, struct net_client *client, const char *line, size_t size);
+
+/* ---- net_hub_qr.c ---- */
+
+/** @return false: it is another line, or this controller has no page */
+bool net_hub_answer_qr(struct net_hub *hub, struct net_client *client, const char *line, size_t size);
 
 #endif

@@ -314,6 +314,7 @@ struct serve *serve_create(const struct serve_options *options, struct serve_fai
     net_hub_init(&serve->hub, &sizes, &ops, serve);
     serve->store = options->store;
     serve->hub.access = &serve->access;
+    serve->control.hub = &serve->hub;
     /* Before the file is read: two programs with one storage would overwrite each other's settings, and one
      * that is no file may never be read. */
     if (claim_store(serve, options->store, failure)) {

@@ -3,6 +3,9 @@
 
 #include "hands.h"
 #include "host.h"
+#include "host_inner.h"
+#include "net_hub.h"
+#include "net_light.h"
 #include "net_tcp.h"
 #include "virtual.h"
 
@@ -50,6 +53,15 @@ static void say_counters(const struct host *host, char answer[CONTROL_ANSWER_SIZ
              (unsigned long long)counters.plan_unmet);
 }
 
+/* The network is that of this computer. */
+static void say_light(const struct host *host, const struct net_hub *hub, char answer[CONTROL_ANSWER_SIZE]) {
+    const struct net_light_facts facts = {.alarm = machine_state(&host->machine) == MACHINE_ALARM,
+                                          .at_rest = machine_is_at_rest(&host->machine),
+                                          .controlled = hub->owner != NULL,
+                                          .joined = true};
+    snprintf(answer, CONTROL_ANSWER_SIZE, "light %s\n", net_light_name(net_light_of(&facts)));
+}
+
 /* Only blanks, or this one word. */
 static bool says(const char *line, const char *word) {
     line += strspn(line, " \t\r\n");
@@ -85,10 +97,14 @@ static const char *do_line(struct host *host, struct serve_clock *clock, const c
 }
 
 /* One command. @param[out] answer  one line with its end */
-static void obey(struct host *host, struct serve_clock *clock, const char *line,
-                 char answer[CONTROL_ANSWER_SIZE]) {
+static void obey(const struct serve_control *control, struct host *host, struct serve_clock *clock,
+                 const char *line, char answer[CONTROL_ANSWER_SIZE]) {
     if (says(line, "state")) {
         say_state(host, answer);
+        return;
+    }
+    if (says(line, "light")) {
+        say_light(host, control->hub, answer);
         return;
     }
     if (says(line, "counters")) {
@@ -118,7 +134,7 @@ static void take(const struct serve_control *control, struct control_client *cli
     client->line[client->size] = '\0';
     client->size = 0;
     if (control->module == NULL || !host_module_line(control->module, client->line, answer, sizeof answer))
-        obey(host, clock, client->line, answer);
+        obey(control, host, clock, client->line, answer);
     if (client->stream.ops->write(&client->stream, answer, strlen(answer)) != (long)strlen(answer))
         drop(client);
 }

@@ -10,6 +10,8 @@
  *
  *   speed N               virtual time passes N times as fast as the wall clock from now on
  *
+ *   light                 what the status light of a board would show
+ *
  *   counters              lines answered, blocks planned, times the look-ahead or the span ring ran dry
  *
  * Each line is answered by one line: `ok`, `error: why`, or what was asked for. */
@@ -23,6 +25,7 @@
 #include "serve_clock.h"
 
 struct host;
+struct net_hub;
 
 enum {
     CONTROL_CLIENTS = 4,
@@ -40,6 +43,7 @@ struct control_client {
 struct serve_control {
     int listener;               /* -1: no such door */
     struct host_module *module; /* NULL: it is none */
+    const struct net_hub *hub;  /* of the clients */
     struct control_client client[CONTROL_CLIENTS];
 };
 

@@ -28,7 +28,7 @@ class Ports(NamedTuple):
 
 
 PARTS = ("app/controller.c", "net/page.c")
-CONTACT = ("net/portal.c", "net/wifi_policy.c")
+CONTACT = ("net/light.c", "net/portal.c", "net/wifi_policy.c")
 
 
 @cache
@@ -68,7 +68,7 @@ class Contact:
         self.page, self.names = map(int, process.stdout.readline().split())
 
     def tell(self, line: str) -> str:
-        """@return the network that is stored, + when it is on trial, and whether the own one is up"""
+        """@return the network that is stored, + when it is on trial; whether the own one is up; the status light"""
         assert self._process.stdin and self._process.stdout
         self._process.stdin.write(f"{line}\n")
         self._process.stdin.flush()

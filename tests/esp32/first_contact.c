@@ -8,10 +8,11 @@
  *   phone own | other    the network in which the phone is from now on
  *   moves 0 | 1          the machine moves
  *   state                the network that is stored, "+" when on trial; whether the own one is up; the
- * address
+ * address; the status light
  *
  * It ends with stdin. Usage: first_contact KEY */
 #include "app/controller.h"
+#include "net/light.h"
 #include "net/network.h"
 #include "net/page.h"
 #include "net/portal.h"
@@ -25,6 +26,7 @@
 #include <unistd.h>
 
 enum { JOIN_MS = 500, SCAN_MS = 2000, WORKSHOP = 192 | 168 << 8 | 1 << 16 | 20 << 24 };
+enum { OWN = 192 | 168 << 8 | 4 << 16 | 1 << 24 };
 
 /* ---- the radio ---- */
 
@@ -124,6 +126,10 @@ uint32_t network_station_address(void) {
     return radio.address;
 }
 
+uint32_t network_address(void) {
+    return radio.address != 0 ? radio.address : radio.own ? (uint32_t)OWN : 0;
+}
+
 bool network_is_own(uint64_t here, uint64_t peer) {
     (void)here;
     (void)peer;
@@ -177,8 +183,10 @@ static void obey(char *line, struct device *device, struct portal *portal) {
         radio.phone_is_elsewhere = strncmp(line + 6, "other", 5) == 0;
     else if (strncmp(line, "moves ", 6) == 0)
         radio.machine_moves = line[6] == '1';
-    printf("%s%s own=%d joined=%d\n", has_network() ? radio.stored.ssid : "none", radio.trial ? "+" : "",
-           radio.own, radio.address != 0);
+    struct net_light_facts facts = {.at_rest = !radio.machine_moves};
+    light_add_network(&facts);
+    printf("%s%s own=%d joined=%d light=%s\n", has_network() ? radio.stored.ssid : "none",
+           radio.trial ? "+" : "", radio.own, radio.address != 0, net_light_name(net_light_of(&facts)));
     fflush(stdout);
 }
 

@@ -2,9 +2,10 @@
  * Decisions of the firmware that need only a clock: safe mode, WiFi and Ethernet, the status LED. */
 #include "app/boot_guard.h"
 #include "check.h"
-#include "io/status_led.h"
 #include "net/link_policy.h"
+#include "net/update_trial.h"
 #include "net/wifi_policy.h"
+#include "net_light.h"
 
 #include <string.h>
 
@@ -136,27 +137,94 @@ static void the_cause_of_a_failure_is_told_apart(void) {
     CHECK(wifi_policy_why(211) == WIFI_WRONG_PASSWORD && wifi_policy_why(205) == WIFI_FAILED);
 }
 
+/* ---- an update on trial ---- */
+
+static const uint32_t S = 1000000;
+
+static void a_new_firmware_stays_when_someone_reaches_it(void) {
+    struct update_trial trial = {.on = true};
+    CHECK(update_trial_poll(&trial, 5 * S, false, true) == UPDATE_WAIT);
+    CHECK(update_trial_poll(&trial, 6 * S, true, true) == UPDATE_WAIT); /* it may still crash */
+    CHECK(update_trial_poll(&trial, 29 * S, false, true) == UPDATE_WAIT);
+    CHECK(update_trial_poll(&trial, 30 * S, false, false) == UPDATE_CONFIRM);
+    for (uint32_t up_s = 31; up_s < 4000; up_s++)
+        CHECK(update_trial_poll(&trial, up_s * S, false, true) == UPDATE_WAIT);
+}
+
+static void a_new_firmware_that_no_one_reaches_goes(void) {
+    struct update_trial trial = {.on = true};
+    for (uint32_t up_s = 0; up_s < 300; up_s++)
+        CHECK(update_trial_poll(&trial, up_s * S, false, true) == UPDATE_WAIT);
+    CHECK(update_trial_poll(&trial, 300 * S, false, false) == UPDATE_WAIT); /* a job, by cable */
+    CHECK(update_trial_poll(&trial, 310 * S, false, true) == UPDATE_REVERT);
+    CHECK(update_trial_poll(&trial, 311 * S, false, true) == UPDATE_WAIT);
+    trial = (struct update_trial){.on = true};
+    CHECK(update_trial_poll(&trial, 299 * S, true, true) == UPDATE_CONFIRM); /* at the last moment */
+}
+
+static void a_firmware_that_was_confirmed_is_not_on_trial(void) {
+    struct update_trial trial = {.on = false};
+    for (uint32_t up_s = 0; up_s < 400; up_s++)
+        CHECK(update_trial_poll(&trial, up_s * S, false, true) == UPDATE_WAIT);
+}
+
 /* ---- LED ---- */
 
-static unsigned changes(enum led_state state, uint32_t span_ms) {
+/* How often it changes in a second. */
+static unsigned changes(enum net_light light) {
     unsigned count = 0;
-    for (uint32_t t_ms = 0; t_ms < span_ms; t_ms++) {
-        struct led_colour now = status_led_colour(state, t_ms), next = status_led_colour(state, t_ms + 1);
+    for (uint32_t t_ms = 0; t_ms < 4000; t_ms++) {
+        struct net_light_colour now = net_light_colour(light, t_ms), next = net_light_colour(light, t_ms + 1);
         count += memcmp(&now, &next, sizeof now) != 0;
     }
-    return count;
+    return count / 4;
 }
 
 static void the_led_shows_the_states_of_the_reference(void) {
-    struct led_colour red = status_led_colour(LED_DISCONNECTED, 0), blue = status_led_colour(LED_READY, 0);
-    struct led_colour green = status_led_colour(LED_RUNNING, 0), yellow = status_led_colour(LED_ALARM, 0);
+    struct net_light_colour red = net_light_colour(NET_LIGHT_NO_NETWORK, 0);
+    struct net_light_colour blue = net_light_colour(NET_LIGHT_READY, 0);
+    struct net_light_colour green = net_light_colour(NET_LIGHT_RUNNING, 0);
+    struct net_light_colour yellow = net_light_colour(NET_LIGHT_ALARM, 0);
     CHECK(red.red == 20 && red.green == 0 && red.blue == 0 && blue.blue == 20 && blue.red == 0);
     CHECK(green.green == 20 && green.red == 0 && yellow.red == 20 && yellow.green == 20 && yellow.blue == 0);
-    CHECK(changes(LED_DISCONNECTED, 4000) == 8 && changes(LED_ALARM, 4000) == 32);
-    CHECK(changes(LED_READY, 4000) == 0 && changes(LED_RUNNING, 4000) == 0);
-    CHECK(!status_led_is_on(LED_DISCONNECTED, 0) && status_led_is_on(LED_READY, 700));
-    CHECK(status_led_is_on(LED_RUNNING, 0) && !status_led_is_on(LED_RUNNING, 500));
-    CHECK(status_led_is_on(LED_ALARM, 0) && !status_led_is_on(LED_ALARM, 125));
+    CHECK(changes(NET_LIGHT_NO_NETWORK) == 2 && changes(NET_LIGHT_ALARM) == 8);
+    CHECK(changes(NET_LIGHT_READY) == 0 && changes(NET_LIGHT_RUNNING) == 0);
+    CHECK(!net_light_is_on(NET_LIGHT_NO_NETWORK, 0) && net_light_is_on(NET_LIGHT_READY, 700));
+    CHECK(net_light_is_on(NET_LIGHT_RUNNING, 0) && !net_light_is_on(NET_LIGHT_RUNNING, 500));
+    CHECK(net_light_is_on(NET_LIGHT_ALARM, 0) && !net_light_is_on(NET_LIGHT_ALARM, 125));
+}
+
+/* Of both kinds: over the time of the longest pattern, one ms after another. */
+static void no_two_phases_look_the_same(void) {
+    for (int one = 0; one < NET_LIGHT_COUNT; one++)
+        for (int other = 0; other < one; other++) {
+            bool colours_differ = false, levels_differ = false;
+            for (uint32_t t_ms = 0; t_ms < 4000; t_ms++) {
+                struct net_light_colour a = net_light_colour((enum net_light)one, t_ms);
+                struct net_light_colour b = net_light_colour((enum net_light)other, t_ms);
+                colours_differ |= memcmp(&a, &b, sizeof a) != 0;
+                levels_differ |= net_light_is_on((enum net_light)one, t_ms) !=
+                                 net_light_is_on((enum net_light)other, t_ms);
+            }
+            CHECK(colours_differ && levels_differ);
+        }
+}
+
+static void what_matters_most_is_shown(void) {
+    struct net_light_facts facts = {.at_rest = true};
+    CHECK(net_light_of(&facts) == NET_LIGHT_NO_NETWORK);
+    facts.own = true;
+    CHECK(net_light_of(&facts) == NET_LIGHT_OWN_NETWORK);
+    facts.joining = true; /* a phone has sent a network: the own one stays until it is joined */
+    CHECK(net_light_of(&facts) == NET_LIGHT_JOINING);
+    facts.joined = true;
+    CHECK(net_light_of(&facts) == NET_LIGHT_JOINED);
+    facts.controlled = true;
+    CHECK(net_light_of(&facts) == NET_LIGHT_READY);
+    facts.at_rest = facts.controlled = false; /* whoever has sent the lines that still run */
+    CHECK(net_light_of(&facts) == NET_LIGHT_RUNNING);
+    facts.alarm = true;
+    CHECK(net_light_of(&facts) == NET_LIGHT_ALARM);
 }
 
 int main(void) {
@@ -172,6 +240,11 @@ int main(void) {
     a_trial_opens_no_own_network_where_the_new_one_works();
     without_a_network_the_end_of_a_trial_leaves_our_own();
     the_cause_of_a_failure_is_told_apart();
+    a_new_firmware_stays_when_someone_reaches_it();
+    a_new_firmware_that_no_one_reaches_goes();
+    a_firmware_that_was_confirmed_is_not_on_trial();
     the_led_shows_the_states_of_the_reference();
+    no_two_phases_look_the_same();
+    what_matters_most_is_shown();
     return report();
 }

@@ -316,3 +316,22 @@ def test_the_first_of_two_changes_is_the_one_that_returns(contact: Contact) -> N
 
 def test_what_is_in_use_already_is_said(contact: Contact) -> None:
     assert ask(contact, {"ssid": "", "password": ""})[0] == 409
+
+
+# ---- the status light ----
+
+
+def light(state: str) -> str:
+    return state.split("light=")[1]
+
+
+def test_the_status_light_tells_how_first_contact_goes(contact: Contact) -> None:
+    assert light(contact.tell("state")) == "OWN_NETWORK"
+    assert ask(contact, GOOD)[0] == 200
+    assert light(contact.pass_s(1.2)) == "JOINING"  # behind the answer, a second later
+    assert light(contact.pass_s(2)) == "JOINED"
+    assert light(contact.tell("moves 1")) == "RUNNING"
+    contact.tell("moves 0")
+    assert light(contact.pass_s(130)) == "OWN_NETWORK"  # no one came: as before
+    assert ask(contact, {**GOOD, "password": "wrong wrong"})[0] == 200
+    assert light(contact.pass_s(2)) == "OWN_NETWORK"

@@ -110,6 +110,35 @@ def test_wifi_is_set_and_shown_and_other_keys_stay(chip: Mock, tmp_path: Path) -
     assert before["ap_pass"] in people and "█" in people  # the QR code
 
 
+def test_wifi_set_refuses_damaged_storage_and_changes_nothing(chip: Mock, tmp_path: Path) -> None:
+    """Whatever is damaged may be the access key or steps/mm: a new image without it would lose it in silence."""
+    file = tmp_path / "a.bin"
+    wificnc("nvs", "build", "shapeoko3", "--access-key", "k7qf3-x2m9d-0abcd-efghj", "-o", file)
+    stored = bytearray(file.read_bytes())
+    stored[stored.index(b"k7qf3")] ^= 1
+    write_storage(chip, bytes(stored))
+    said = wificnc("wifi", "set", "Mein Netz", "--password", "12345678", "--port", chip.port, code=Exit.FLASH).stderr
+    words = " ".join(said.split())
+    assert "access_key" in words and "nothing was written" in words
+    assert "wificnc nvs read" in words and "wificnc nvs build" in words and "wificnc nvs flash" in words
+    assert read_storage(chip) == stored
+
+
+def write_storage(chip: Mock, data: bytes) -> None:
+    """Whatever it holds: `wificnc nvs flash` refuses what is damaged."""
+    from wificnc.flash.device import open_device
+
+    with open_device(chip.port) as device:
+        device.write([Region("settings", NVS_AT, data)], 115200, lambda *_: None)
+
+
+def read_storage(chip: Mock) -> bytes:
+    from wificnc.flash.device import open_device
+
+    with open_device(chip.port) as device:
+        return device.read(NVS_AT, PARTITIONS["nvs"].size)
+
+
 def test_the_wrong_chip_is_refused_before_anything_is_written(chip: Mock, tmp_path: Path) -> None:
     build = make_build(tmp_path / "build", "esp32-wroom32", "esp32")
     said = wificnc("flash", "esp32-wroom32", "--from", build, "--port", chip.port, code=Exit.FLASH).stderr

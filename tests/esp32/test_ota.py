@@ -15,6 +15,7 @@ from pathlib import Path
 
 import pytest
 from chip import image, make_build
+from esp32_serve import serving_esp32
 from made_key import pem
 from patience import HANG_S
 from wificnc.board.header import write_if_changed
@@ -23,6 +24,7 @@ from wificnc.build.host import build_program
 from wificnc.build.signing import VARIABLE, key_header_text, raw_signature, signing_key
 from wificnc.errors import Exit, FlashError
 from wificnc.flash.ota import Signed, Upload
+from wificnc.flash.reach import wait_until_reached
 
 HERE = Path(__file__).parent
 ESP32 = checkout_root() / "targets" / "esp32"
@@ -179,3 +181,14 @@ def test_dry_run_connects_to_nobody(tmp_path: Path) -> None:
     build = make_build(tmp_path / "build", BOARD, "esp32s3")
     run = flash(build, 1, PASSWORD, "--dry-run")
     assert run.returncode == 0 and "127.0.0.1:1" in run.stdout
+
+
+def test_the_sender_reaches_the_new_firmware_by_a_login() -> None:
+    """It stays on trial until someone who may command comes (net/update_trial.h)."""
+    with serving_esp32(PASSWORD) as ports:
+        wait_until_reached("127.0.0.1", PASSWORD, ports.telnet)
+        with pytest.raises(FlashError, match="does not come back") as lost:
+            wait_until_reached("127.0.0.1", "wrong horse", ports.telnet, patience_s=0)
+    assert "wificnc login 127.0.0.1" in (lost.value.hint or "")
+    with pytest.raises(FlashError, match="does not come back"):
+        wait_until_reached("127.0.0.1", PASSWORD, ports.telnet, patience_s=0)

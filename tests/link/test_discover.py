@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ctypes
+import io
 import os
 import random
 import socket
@@ -10,9 +11,12 @@ import struct
 import threading
 
 import pytest
+import segno
 from c_library import LIB
+from click.testing import CliRunner
 from layouts import HOST
-from wificnc.link.discover import SERVICE, TYPE_PTR, controllers, discover, question
+from wificnc.commands.discover import command
+from wificnc.link.discover import SERVICE, TYPE_PTR, Found, controllers, discover, question
 
 PACKET = 768
 A, PTR, TXT, SRV, ANY = 1, 12, 16, 33, 255
@@ -171,3 +175,16 @@ def test_the_finder_finds_the_responder() -> None:
         (found,) = discover(0.5, here.getsockname())
         thread.join()
     assert (found.name, found.target, found.text["wificnc"]) == ("wificnc-1a2b", "tcp://10.1.2.3:23", "esp32s3-zero")
+
+
+@pytest.mark.parametrize(("options", "shown"), [(["--qr"], True), ([], False), (["--no-qr"], False)])
+def test_the_command_shows_the_address_of_the_page_for_a_phone(
+    monkeypatch: pytest.MonkeyPatch, options: list[str], shown: bool
+) -> None:
+    """No key in it: the network has not told one. Not in a pipe, unless it is asked for."""
+    found = Found("wificnc-1a2b", "10.1.2.3", 23, {"wificnc": "esp32s3-zero"})
+    monkeypatch.setattr("wificnc.commands.discover.discover", lambda seconds: [found])
+    said = CliRunner().invoke(command, options).stdout
+    code = io.StringIO()
+    segno.make("http://10.1.2.3/").terminal(out=code, compact=True)
+    assert "tcp://10.1.2.3:23" in said and (code.getvalue() in said) is shown

@@ -147,3 +147,18 @@ def test_a_controller_without_a_clock_has_no_speed(server: Server) -> None:
     sender, hands = doors(server)
     with sender, hands:
         assert say(hands, "speed 2").startswith("error: this controller runs as fast as it can")
+
+
+def test_the_status_light_follows_the_client_and_the_machine(serve: Serve) -> None:
+    """The rows of targets/net/net_light.def that a computer can have."""
+    server = serve(control=0)
+    assert server.control and server.tcp
+    with Peer.tcp(server.control, line_end=b"\n") as hands:
+        assert say(hands, "light") == "light JOINED"
+        with Peer.tcp(server.tcp) as sender:
+            assert sender.ask("G91") == ["ok"] and say(hands, "light") == "light READY"
+            sender.ask("$J=X1000F60")
+            assert say(hands, "light") == "light RUNNING"
+            assert say(hands, "estop on") == "ok"
+            sender.until("^ALARM:50$")
+            assert say(hands, "light") == "light ALARM"

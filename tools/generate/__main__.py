@@ -9,7 +9,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from generate import boards, codes, files, kinds, nvs, page, settings, states, version, vfd, wire, words
+from generate import boards, codes, files, kinds, lights, nvs, page, settings, states, version, vfd, wire, words
 
 ROOT = Path(__file__).resolve().parents[2]
 GENERATORS: tuple[Callable[[Path], files.Texts], ...] = (
@@ -20,6 +20,7 @@ GENERATORS: tuple[Callable[[Path], files.Texts], ...] = (
     wire.texts,
     boards.texts,
     codes.texts,
+    lights.texts,
     states.texts,
     nvs.texts,
     words.texts,

@@ -34,6 +34,7 @@ from wificnc.flash.plan import (
     load_regions,
     read_partitions,
 )
+from wificnc.flash.reach import RESTART_S, TRIAL_MINUTES, wait_until_reached
 from wificnc.flash.uhb import HidWire, Page, describe, plan_pages
 from wificnc.flash.uhb import flash as write_by_usb
 from wificnc.link.target import host_and_port
@@ -256,4 +257,10 @@ def update(board: Board, folder: Path, host: str, key: str | None, dry_run: bool
     finally:
         upload.close()
     ui.note("the controller has checked it and starts it now; if this fails, it returns to the old firmware")
+    if port != OTA_PORT:
+        ui.note(f"log in within {TRIAL_MINUTES} minutes, so that it keeps the new one: `wificnc login HOST`")
+        return Done(facts)
+    time.sleep(RESTART_S)
+    wait_until_reached(name, key)
+    ui.note("it has come back and keeps the new firmware")
     return Done(facts)

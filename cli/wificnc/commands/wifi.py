@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-import sys
 from urllib.parse import quote
 
 import rich_click as click
 
 from wificnc import ui
 from wificnc.commands._port import connected, port_option, progress_bars
+from wificnc.commands._qr import show_qr
 from wificnc.commands._target import json_option
 from wificnc.commands.flash import esp32_partitions
+from wificnc.errors import FlashError
 from wificnc.flash.plan import Region
 from wificnc.nvs.build import build_image
 from wificnc.nvs.image import NvsImage, read_image
@@ -36,6 +37,9 @@ def set_network(ssid: str, port: str | None, password: str | None) -> None:
     partition = esp32_partitions()["nvs"]
     with connected(port) as device:
         image = read_image(device.read(partition.offset, partition.size))
+        if image.damaged:
+            device.reset()
+            raise damaged_storage(image)
         kept = image if password else without(image, ["wifi_pass"])
         region = Region("settings", partition.offset, build_image(merged(kept, changes), partition.size))
         with progress_bars() as show:
@@ -90,6 +94,16 @@ def network_facts(image: NvsImage, mac: str) -> dict[str, str | bool | None]:
     }
 
 
+def damaged_storage(image: NvsImage) -> FlashError:
+    """A new image would leave out what cannot be read: perhaps the access key, or steps/mm."""
+    return FlashError(
+        f"the board's storage is damaged, nothing was written: {'; '.join(image.damaged)}",
+        hint="`wificnc nvs read -o damaged.bin` saves a copy of it. To replace the whole storage on purpose: "
+        "`wificnc nvs build MACHINE.toml --ssid SSID --wifi-password PASSWORD`, then `wificnc nvs flash nvs.bin`; "
+        "access key and settings that the file does not have are new then",
+    )
+
+
 def own_name(mac: str) -> str:
     """WiFiCNC- and the end of the access point's address, which is the base address and one."""
     number = int(mac.replace(":", ""), 16) + 1
@@ -105,13 +119,3 @@ def wifi_code(name: str, password: str) -> str:
 def page_link(name: str, key: str) -> str:
     """The page of a controller; what is behind # stays in the browser, which logs in with it."""
     return f"http://{name}.local/#key={quote(key, safe='')}"
-
-
-def show_qr(title: str, text: str) -> None:
-    try:
-        import segno
-    except ImportError:
-        ui.note("`pip install segno` to print a QR code here")
-        return
-    click.echo(f"{title}:")
-    segno.make(text).terminal(out=sys.stdout, compact=True)

@@ -30,6 +30,11 @@ class Found:
         """For --to."""
         return f"tcp://{self.address}:{self.port}"
 
+    @property
+    def page(self) -> str:
+        """Of a board: its web server is at HTTP's own port."""
+        return f"http://{self.address}/"
+
 
 def discover(seconds: float, to: tuple[str, int] = GROUP) -> list[Found]:
     """Ask, and listen for that long. Raises LinkError when there is no network."""

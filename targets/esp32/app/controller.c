@@ -81,6 +81,11 @@ static const char *key(void *ctx) {
     return controller->key;
 }
 
+static bool page(void *ctx, char *text, size_t size) {
+    const struct controller *controller = ctx;
+    return controller->page != NULL && controller->page(text, size);
+}
+
 /* An answer longer than the buffer goes to the hub in pieces. */
 static void say(void *ctx, const char *bytes, size_t count) {
     struct controller *controller = ctx;
@@ -110,6 +115,7 @@ void controller_init(struct controller *controller, struct machine *machine,
                                            .notice = notice,
                                            .busy = busy,
                                            .presses = presses,
+                                           .page = page,
                                            .key = key};
     *controller = (struct controller){.machine = machine, .listener = -1};
     net_hub_init(&controller->hub, sizes, &ops, controller);
@@ -117,6 +123,7 @@ void controller_init(struct controller *controller, struct machine *machine,
 
 void controller_set(struct controller *controller, const struct controller_options *options) {
     controller->key = options->key;
+    controller->page = options->page;
     controller->hub.access = &controller->access;
 }
 
@@ -172,6 +179,28 @@ bool controller_serve_wire(struct controller *controller, const struct session_o
     *error = net_wire_open(&controller->wire, "0.0.0.0", &controller->session);
     controller->has_wire = *error == 0;
     return controller->has_wire;
+}
+
+const char *controller_why_busy(const struct controller *controller) {
+    const struct machine *machine = controller->machine;
+    const struct net_hub *hub = &controller->hub;
+    const enum machine_state state = machine_state(machine);
+    const bool idle = state == MACHINE_IDLE || state == MACHINE_ALARM || state == MACHINE_SLEEP;
+    const bool waits =
+        hub->inside > 0 || hub->left.count > 0 || (hub->owner != NULL && hub->owner->whole > 0);
+    return machine_is_at_rest(machine) && idle && !waits && !machine_has_line(machine)
+               ? NULL
+               : "a job is running or held: let it end, or reset the controller";
+}
+
+bool controller_is_reached(const struct controller *controller) {
+    const struct net_hub *hub = &controller->hub;
+    bool reached = controller->has_wire && controller->session.owner.on;
+    for (size_t i = 0; i < NET_CLIENTS; i++) {
+        const struct net_client *client = &hub->client[i];
+        reached |= client->stream.ops != NULL && !client->stream.local && !client->locked;
+    }
+    return reached;
 }
 
 /* ---- a round ---- */

@@ -27,6 +27,8 @@ struct controller_port {
 /** Chosen at start, from the storage. */
 struct controller_options {
     const char *key; /* access key, told at serial ports; outlives this */
+    /** The address of the page; as net_hub_ops.page, without a context. NULL: there is none */
+    bool (*page)(char *text, size_t size);
 };
 
 struct controller {
@@ -34,6 +36,7 @@ struct controller {
     struct net_hub hub;
     struct access access; /* set up by the target, before clients come */
     const char *key;
+    bool (*page)(char *text, size_t size);
     struct controller_port port[CONTROLLER_PORTS];
     int listener;  /* -1: no network yet */
     bool has_wire; /* hosts of the binary protocol are served */
@@ -65,6 +68,12 @@ bool controller_listen(struct controller *controller, const char *host, const ch
  *  @return false: *error is an errno */
 bool controller_serve_wire(struct controller *controller, const struct session_options *options,
                            const struct session_ops *ops, int *error);
+
+/** What a restart would end. @return NULL: nothing; else the reason, and what to do */
+const char *controller_why_busy(const struct controller *controller);
+
+/** Someone who may command is connected over the network. */
+bool controller_is_reached(const struct controller *controller);
 
 /** One round. @return true: there is more to do immediately; false: nothing for a ms */
 bool controller_round(struct controller *controller);

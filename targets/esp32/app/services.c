@@ -19,14 +19,15 @@ enum { CHIP_ID = 9 };
 #else
 enum { CHIP_ID = 0 };
 #endif
-enum { RESTART_US = 500000, CONFIRM_US = 30000000 };
+enum { RESTART_US = 500000 };
 
 void services_start(struct services *services, struct access *access, const struct ota_flash *flash,
                     uint16_t telnet_port) {
     static const struct ota_image image = {.board = BOARD_ID, .chip_id = CHIP_ID, .project = "wificnc"};
     char address[NET_ADDRESS_SIZE], port[8];
     int error;
-    *services = (struct services){.flash = *flash, .mdns = {.port = telnet_port}};
+    *services = (struct services){
+        .flash = *flash, .mdns = {.port = telnet_port}, .trial = {.on = ota_flash_is_on_trial()}};
     ota_init(&services->ota, &ota_flash_ops, &services->flash, &image, access);
     snprintf(port, sizeof port, "%d", OTA_PORT);
     /* without the radio there is no nonce that no one can foresee */
@@ -45,14 +46,22 @@ static void make_nonce(struct services *services, uint8_t nonce[OTA_NONCE_SIZE])
     memcpy(nonce, digest, OTA_NONCE_SIZE);
 }
 
+void services_update(void *ctx, const struct net_stream *stream) {
+    struct services *services = ctx;
+    uint8_t nonce[OTA_NONCE_SIZE];
+    if (services->ota_listener < 0) {
+        stream->ops->close(stream);
+        return;
+    }
+    make_nonce(services, nonce);
+    (void)ota_connect(&services->ota, stream, nonce, services->now_us);
+}
+
 static bool poll_updates(struct services *services, uint32_t now_us) {
     struct net_stream stream;
     char name[NET_ADDRESS_SIZE];
-    uint8_t nonce[OTA_NONCE_SIZE];
-    if (services->ota_listener >= 0 && net_tcp_accept(services->ota_listener, &stream, name)) {
-        make_nonce(services, nonce);
-        (void)ota_connect(&services->ota, &stream, nonce, now_us);
-    }
+    if (services->ota_listener >= 0 && net_tcp_accept(services->ota_listener, &stream, name))
+        services_update(services, &stream);
     bool any = ota_poll(&services->ota, now_us);
     if (!services->ota.done || services->ota.state != OTA_FREE)
         services->done_us = now_us;
@@ -73,13 +82,13 @@ static void poll_name(struct services *services, uint32_t now_us) {
     net_mdns_poll(services->mdns_socket, &services->mdns, now_us);
 }
 
-bool services_poll(struct services *services, uint32_t now_us) {
+bool services_poll(struct services *services, uint32_t now_us, bool reached, bool at_rest) {
+    services->now_us = now_us;
     poll_name(services, now_us);
-    if (!services->confirmed && now_us >= CONFIRM_US) {
-        services->confirmed = true;
-        /* An update has run for CONFIRM_US without a crash: from now on the bootloader does not go back to
-         * the image before. */
+    const enum update_verdict verdict = update_trial_poll(&services->trial, now_us, reached, at_rest);
+    if (verdict == UPDATE_CONFIRM)
         ota_flash_confirm();
-    }
+    else if (verdict == UPDATE_REVERT)
+        ota_flash_revert();
     return poll_updates(services, now_us);
 }

@@ -5,6 +5,7 @@
 #define WIFICNC_ESP32_SERVICES_H
 
 #include "net/ota_flash.h"
+#include "net/update_trial.h"
 #include "net_mdns.h"
 
 #include <stdbool.h>
@@ -18,7 +19,8 @@ struct services {
     uint32_t nonces;
     uint32_t address; /* announced */
     uint32_t done_us; /* when an update was complete */
-    bool confirmed;   /* the image that runs need not be taken back */
+    uint32_t now_us;  /* of the last round */
+    struct update_trial trial;
 };
 
 /** [start, behind network_start()] @param access  whose key updates need; outlives this
@@ -27,9 +29,12 @@ struct services {
 void services_start(struct services *services, struct access *access, const struct ota_flash *flash,
                     uint16_t telnet_port);
 
-/** One round. An image that gets here for half a minute has a network, and so can be updated again: it is
- * confirmed. Restarts the chip when a new firmware is complete. @return true: there is more to do immediately
- */
-bool services_poll(struct services *services, uint32_t now_us);
+/** Someone sends a new firmware. @param services  struct services @param stream  is owned from here on */
+void services_update(void *services, const struct net_stream *stream);
+
+/** One round. Restarts the chip when a new firmware is complete, and into the old one when no one has reached
+ * the new one (net/update_trial.h). @param reached  someone who may command is connected over the network
+ * @param at_rest  the machine does nothing @return true: there is more to do immediately */
+bool services_poll(struct services *services, uint32_t now_us, bool reached, bool at_rest);
 
 #endif

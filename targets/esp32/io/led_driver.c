@@ -46,7 +46,7 @@ bool led_driver_init(const struct pin_wire *wire) {
     return led.works;
 }
 
-static void show_colour(struct led_colour colour) {
+static void show_colour(struct net_light_colour colour) {
     const rmt_transmit_config_t once = {.loop_count = 0};
     const uint8_t bytes[COLOUR_BYTES] = {colour.green, colour.red, colour.blue};
     if (memcmp(bytes, led.sent, sizeof bytes) == 0 || rmt_tx_wait_all_done(led.channel, 0) != ESP_OK)
@@ -55,12 +55,12 @@ static void show_colour(struct led_colour colour) {
     (void)rmt_transmit(led.channel, led.encoder, led.sent, sizeof led.sent, &once);
 }
 
-void led_driver_show(enum led_state state, uint32_t now_ms) {
+void led_driver_show(enum net_light light, uint32_t now_ms) {
     if (!led.works)
         return;
     if (BOARD_LED_KIND == BOARD_LED_WS2812) {
-        show_colour(status_led_colour(state, now_ms));
+        show_colour(net_light_colour(light, now_ms));
         return;
     }
-    (void)gpio_set_level((gpio_num_t)led.gpio, status_led_is_on(state, now_ms) == led.active_high);
+    (void)gpio_set_level((gpio_num_t)led.gpio, net_light_is_on(light, now_ms) == led.active_high);
 }

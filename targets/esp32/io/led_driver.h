@@ -4,12 +4,12 @@
 #define WIFICNC_ESP32_LED_DRIVER_H
 
 #include "io/pin_map.h"
-#include "io/status_led.h"
+#include "net_light.h"
 
 /** @return false: the board has none, or RMT did not start; led_driver_show() does nothing then */
 bool led_driver_init(const struct pin_wire *wire);
 
 /** Every 50 ms or so. @param now_ms  wraps */
-void led_driver_show(enum led_state state, uint32_t now_ms);
+void led_driver_show(enum net_light light, uint32_t now_ms);
 
 #endif

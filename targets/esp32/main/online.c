@@ -113,8 +113,9 @@ static void start_portal(struct firmware *firmware) {
 /* Nothing moves now, and nothing will until the end of the update. */
 static const char *lock_machine(void *ctx) {
     struct firmware *firmware = ctx;
-    if (!machine_is_at_rest(&firmware->machine))
-        return "the machine is moving: wait until it stops, or stop it";
+    const char *why = controller_why_busy(&firmware->controller);
+    if (why != NULL)
+        return why;
     firmware->hal.inputs.locked = true;
     return NULL;
 }
@@ -154,15 +155,24 @@ static void start_servers(struct firmware *firmware) {
         names.portal = portal_page;
         names.setup = firmware->portal;
     }
+    names.update = services_update;
+    names.updates = &firmware->services;
     if (!page_start(&firmware->controller.hub, NULL, &names, "80", &error)) {
         snprintf(text, sizeof text, "Cannot start the web page, error %d", error);
         firmware_tell(firmware, text);
     }
 }
 
+static bool page_address(char *text, size_t size) {
+    const uint32_t address = network_address();
+    snprintf(text, size, "http://%u.%u.%u.%u/", (unsigned)(address & 0xFF), (unsigned)(address >> 8 & 0xFF),
+             (unsigned)(address >> 16 & 0xFF), (unsigned)(address >> 24));
+    return address != 0;
+}
+
 void firmware_start_network(struct firmware *firmware) {
     const struct ota_flash flash = {.lock = lock_machine, .unlock = unlock_machine, .ctx = firmware};
-    const struct controller_options options = {.key = firmware->key};
+    const struct controller_options options = {.key = firmware->key, .page = page_address};
     char text[128];
     firmware->has_network = network_start(&firmware->store);
     if (!firmware->has_network) {
@@ -197,11 +207,12 @@ void firmware_start_io_module(struct firmware *firmware) {
 void firmware_tell_address(struct firmware *firmware) {
     static uint32_t told;
     uint32_t address = network_address();
-    char text[96];
+    char text[128];
     if (address == told)
         return;
     told = address;
-    snprintf(text, sizeof text, "Address %u.%u.%u.%u or %s.local: Grbl at port %d, web page at port 80",
+    snprintf(text, sizeof text,
+             "Address %u.%u.%u.%u or %s.local: Grbl at port %d, web page at port 80, $QR prints a code",
              (unsigned)(address & 0xFF), (unsigned)(address >> 8 & 0xFF), (unsigned)(address >> 16 & 0xFF),
              (unsigned)(address >> 24), network_name(), TELNET_PORT);
     firmware_tell(firmware, address != 0 ? text : "No network");

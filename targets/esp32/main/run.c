@@ -4,6 +4,7 @@
 #include "firmware.h"
 #include "hal/hal.h"
 #include "io/led_driver.h"
+#include "net/light.h"
 #include "net/page.h"
 #include "task_periods.h"
 
@@ -22,12 +23,12 @@ static void note_health(struct boot_guard *guard, uint32_t now_us) {
     boot_guard_healthy(guard);
 }
 
-static void show_led(enum led_state state, uint32_t now_us) {
+static void show_led(enum net_light light, uint32_t now_us) {
     static uint32_t shown_us;
     if (now_us - shown_us < LED_EVERY_US)
         return;
     shown_us = now_us;
-    led_driver_show(state, now_us / US_PER_MS);
+    led_driver_show(light, now_us / US_PER_MS);
 }
 
 /* Of every round of both. */
@@ -38,19 +39,26 @@ static uint32_t begin_round(struct firmware *firmware) {
     return now_us;
 }
 
-static enum led_state controller_led(const struct firmware *firmware) {
-    if (machine_state(&firmware->machine) == MACHINE_ALARM || firmware->safe_mode)
-        return LED_ALARM;
-    if (firmware->controller.hub.owner == NULL)
-        return LED_DISCONNECTED;
-    return machine_is_at_rest(&firmware->machine) ? LED_READY : LED_RUNNING;
+static enum net_light light_of(bool alarm, bool at_rest, bool controlled) {
+    struct net_light_facts facts = {.alarm = alarm, .at_rest = at_rest, .controlled = controlled};
+    light_add_network(&facts);
+    return net_light_of(&facts);
+}
+
+static enum net_light controller_light(const struct firmware *firmware) {
+    const struct controller *controller = &firmware->controller;
+    return light_of(machine_state(&firmware->machine) == MACHINE_ALARM || firmware->safe_mode,
+                    machine_is_at_rest(&firmware->machine),
+                    controller->hub.owner != NULL || controller->session.owner.on);
 }
 
 /* @return true: there is more to do immediately */
 static bool serve_network(struct firmware *firmware, uint32_t now_us) {
     if (!firmware->has_network)
         return false;
-    bool more = services_poll(&firmware->services, now_us);
+    const struct controller *controller = &firmware->controller;
+    bool more = services_poll(&firmware->services, now_us, controller_is_reached(controller),
+                              controller_why_busy(controller) == NULL);
     more |= page_poll(now_us);
     if (firmware->portal != NULL)
         portal_poll(firmware->portal);
@@ -74,7 +82,7 @@ void firmware_run_controller(void *ctx) {
         uint32_t now_us = begin_round(firmware);
         follow_poll(&firmware->follow);
         check_steps(firmware);
-        show_led(controller_led(firmware), now_us);
+        show_led(controller_light(firmware), now_us);
         bool more = serve_network(firmware, now_us);
         firmware_keep_trust(firmware);
         if (controller_round(&firmware->controller) && !firmware->safe_mode)
@@ -84,10 +92,9 @@ void firmware_run_controller(void *ctx) {
     }
 }
 
-static enum led_state io_module_led(const struct firmware *firmware) {
-    if (firmware->channels.locked || firmware->channels.faults != 0)
-        return LED_ALARM;
-    return firmware->controller.session.owner.on ? LED_READY : LED_DISCONNECTED;
+static enum net_light io_module_light(const struct firmware *firmware) {
+    return light_of(firmware->channels.locked || firmware->channels.faults != 0, true,
+                    firmware->controller.session.owner.on);
 }
 
 void firmware_run_io_module(void *ctx) {
@@ -97,10 +104,11 @@ void firmware_run_io_module(void *ctx) {
     for (;;) {
         uint32_t now_us = begin_round(firmware);
         access_poll(&firmware->controller.access, now_us);
-        show_led(io_module_led(firmware), now_us);
+        show_led(io_module_light(firmware), now_us);
         if (firmware->has_network)
             io_module_round(&firmware->io_module);
-        if (!firmware->has_network || !services_poll(&firmware->services, now_us))
+        const bool reached = firmware->controller.session.owner.on;
+        if (!firmware->has_network || !services_poll(&firmware->services, now_us, reached, !reached))
             vTaskDelay(pdMS_TO_TICKS(1));
     }
 }

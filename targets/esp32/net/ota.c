@@ -208,6 +208,7 @@ static void take_image(struct ota *ota, const uint8_t *bytes, size_t count) {
     const char *why = keep(ota, bytes, count);
     if (why != NULL) {
         refuse(ota, why);
+        ota->state = ota->taken < ota->size ? OTA_DROPS : OTA_PARTS;
         return;
     }
     if (before / OTA_TOLD_EVERY != ota->taken / OTA_TOLD_EVERY) {
@@ -248,11 +249,15 @@ static bool read_piece(struct ota *ota, uint32_t now_us) {
         hang_up(ota);
         return false;
     }
-    if (count > 0) {
+    if (count > 0 && ota->state != OTA_DROPS) {
         ota->heard_us = now_us;
         take(ota, bytes, (size_t)count);
     }
     return count > 0;
+}
+
+static bool reads(const struct ota *ota) {
+    return ota->state == OTA_ASKED || ota->state == OTA_TAKES || ota->state == OTA_DROPS;
 }
 
 bool ota_poll(struct ota *ota, uint32_t now_us) {
@@ -263,13 +268,13 @@ bool ota_poll(struct ota *ota, uint32_t now_us) {
         ota->heard_us = now_us;
         take_line(ota);
     }
-    for (int i = 0; i < PIECES_A_POLL && (ota->state == OTA_ASKED || ota->state == OTA_TAKES); i++)
+    for (int i = 0; i < PIECES_A_POLL && reads(ota); i++)
         any |= read_piece(ota, now_us);
     if (ota->state == OTA_FREE)
         return any;
     say_all(ota);
-    bool parted = ota->state == OTA_PARTS && ota->said_size == 0;
-    if (parted || now_us - ota->heard_us > OTA_IDLE_US)
+    const bool parted = ota->state == OTA_PARTS && ota->said_size == 0;
+    if (parted || now_us - ota->heard_us > (ota->state == OTA_DROPS ? OTA_LINGER_US : OTA_IDLE_US))
         hang_up(ota);
     return any;
 }

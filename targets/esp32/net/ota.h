@@ -22,7 +22,13 @@
 #include "net/signature.h"
 #include "net_stream.h"
 
-enum { OTA_PORT = 58430, OTA_NONCE_SIZE = 16, OTA_TOLD_EVERY = 65536, OTA_IDLE_US = 15000000 };
+enum {
+    OTA_PORT = 58430,
+    OTA_NONCE_SIZE = 16,
+    OTA_TOLD_EVERY = 65536,
+    OTA_IDLE_US = 15000000,
+    OTA_LINGER_US = 2000000
+};
 enum { OTA_LINE_SIZE = 288, OTA_SAID_SIZE = 144, OTA_HEADER_SIZE = 112, OTA_PIECE = 1024 };
 
 /** Of the image's first bytes (ESP-IDF, "App Image Format"): magic 0xE9, chip id at 12; at 32 the app
@@ -52,6 +58,8 @@ enum ota_state {
     OTA_WAITS, /* the first line is there, and its proof waits for its turn (base/lockout.h) */
     OTA_TAKES, /* the image is */
     OTA_PARTS, /* a last word is to be sent, then the connection ends */
+    OTA_DROPS, /* likewise, and the rest of an image is on its way: read until its sender has the word, which
+                  a close before that would lose */
 };
 
 struct ota {

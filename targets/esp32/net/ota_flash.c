@@ -57,6 +57,16 @@ static void abort_it(void *ctx) {
 const struct ota_ops ota_flash_ops = {
     .begin = begin, .is_signed = is_signed, .write = write_flash, .end = end, .abort = abort_it};
 
+bool ota_flash_is_on_trial(void) {
+    esp_ota_img_states_t state;
+    return esp_ota_get_state_partition(esp_ota_get_running_partition(), &state) == ESP_OK &&
+           state == ESP_OTA_IMG_PENDING_VERIFY;
+}
+
+void ota_flash_revert(void) {
+    (void)esp_ota_mark_app_invalid_rollback_and_reboot();
+}
+
 void ota_flash_confirm(void) {
     (void)esp_ota_mark_app_valid_cancel_rollback();
 }

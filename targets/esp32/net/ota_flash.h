@@ -16,7 +16,13 @@ struct ota_flash {
 /** Their ctx is a struct ota_flash. */
 extern const struct ota_ops ota_flash_ops;
 
+/** The image that runs was installed by an update and is not confirmed yet. */
+bool ota_flash_is_on_trial(void);
+
 /** The image that runs has proved itself: the bootloader will not go back to the one before. */
 void ota_flash_confirm(void);
+
+/** Restart into the image before. Returns only where there is none. */
+void ota_flash_revert(void);
 
 #endif

@@ -54,6 +54,8 @@ bool page_start(struct net_hub *hub, const char *host, const struct page_names *
     site.network = names->network;
     site.portal = names->portal;
     site.setup = names->setup;
+    site.update = names->update;
+    site.updates = names->updates;
     site.ctx = hub;
     char address[NET_ADDRESS_SIZE];
     return net_http_open(&http, &site, host, port, address, error);

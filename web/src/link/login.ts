@@ -11,6 +11,11 @@ function normalKey(key: string): Uint8Array {
   return utf8ToBytes(key.replace(/[- ]/g, "").replace(/[A-Z]/g, (letter) => letter.toLowerCase()));
 }
 
+/** What both sides make of the access key: it is never sent. */
+export function keySecret(key: string, salt: string, rounds: number): Uint8Array {
+  return pbkdf2(sha256, normalKey(key), hexToBytes(salt), { c: rounds, dkLen: 32 });
+}
+
 /**
  * The answer to what a controller asks by `[LOGIN:nonce,salt,rounds]`; null: it asks nothing. Without WebCrypto, which
  * browsers keep from pages of the local network.
@@ -19,8 +24,7 @@ export function loginProof(key: string, said: readonly string[]): string | null 
   for (const line of said) {
     const [, nonce, salt, rounds] = QUESTION.exec(line) ?? [];
     if (nonce === undefined || salt === undefined) continue;
-    const secret = pbkdf2(sha256, normalKey(key), hexToBytes(salt), { c: Number(rounds), dkLen: 32 });
-    return bytesToHex(hmac(sha256, secret, concatBytes(LABEL, hexToBytes(nonce))));
+    return bytesToHex(hmac(sha256, keySecret(key, salt, Number(rounds)), concatBytes(LABEL, hexToBytes(nonce))));
   }
   return null;
 }

@@ -11,6 +11,7 @@ import { TABLES, type StoredText } from "../tables";
 import { Button, Card, Check, Field, Notice } from "./parts";
 import { BoardChoice } from "./pins";
 import { StorageBar } from "./storage";
+import { UpdateCard } from "./update";
 
 const shown = signal(false);
 const TITLES: Record<string, string> = {
@@ -48,6 +49,7 @@ export function NetworkTab(): JSX.Element {
         </Card>
       </div>
       <div class="w5 stack">
+        <UpdateCard />
         <JoinCard />
         <NeighboursCard />
         <HowCard />

@@ -11,6 +11,16 @@
 
 typedef uint32_t esp_ota_handle_t;
 
+/* esp_flash_partitions.h */
+typedef enum {
+    ESP_OTA_IMG_NEW = 0,
+    ESP_OTA_IMG_PENDING_VERIFY = 1,
+    ESP_OTA_IMG_VALID = 2,
+    ESP_OTA_IMG_INVALID = 3,
+    ESP_OTA_IMG_ABORTED = 4,
+    ESP_OTA_IMG_UNDEFINED = 0xFFFFFFFF
+} esp_ota_img_states_t;
+
 const esp_partition_t *esp_ota_get_next_update_partition(const esp_partition_t *from);
 esp_err_t esp_ota_begin(const esp_partition_t *slot, size_t size, esp_ota_handle_t *handle);
 esp_err_t esp_ota_write(esp_ota_handle_t handle, const void *bytes, size_t count);
@@ -18,3 +28,6 @@ esp_err_t esp_ota_end(esp_ota_handle_t handle);
 esp_err_t esp_ota_abort(esp_ota_handle_t handle);
 esp_err_t esp_ota_set_boot_partition(const esp_partition_t *slot);
 esp_err_t esp_ota_mark_app_valid_cancel_rollback(void);
+esp_err_t esp_ota_mark_app_invalid_rollback_and_reboot(void);
+const esp_partition_t *esp_ota_get_running_partition(void);
+esp_err_t esp_ota_get_state_partition(const esp_partition_t *slot, esp_ota_img_states_t *state);

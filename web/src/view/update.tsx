@@ -1,0 +1,111 @@
+/** A new firmware for the controller that serves this page. */
+import { signal } from "@preact/signals";
+import type { JSX } from "preact";
+import { useRef } from "preact/hooks";
+import { attempt, noMotion, served } from "../app";
+import { findBoard } from "../boards";
+import { reachNew, readUpdate, sendUpdate, type Update } from "../flash/update";
+import { Button, Card, Field, Notice, Progress } from "./parts";
+
+type Step = "choose" | "send" | "restart" | "done";
+
+const update = signal<Update | null>(null);
+const key = signal("");
+const step = signal<Step>("choose");
+const share = signal(0);
+
+/** Nothing where this page is not a controller's of its own. */
+export function UpdateCard(): JSX.Element | null {
+  const by = served.value;
+  if (!by || findBoard(by.board)?.target !== "esp32") return null;
+  return (
+    <Card title="Update the firmware">
+      <p class="small soft">
+        {by.name} is a {by.board} with version {by.version}. Choose the firmware of this board and its signature, which lie next to each other in a
+        release: …-firmware.bin and …-firmware.sig. Settings stay.
+      </p>
+      <ChooseFiles board={by.board} />
+      {update.value && step.value === "choose" && <Send />}
+      {step.value === "send" && <Progress value={share.value} label="Firmware" />}
+      {step.value === "restart" && <Notice kind="info" title="The controller checks the firmware and restarts" text="This page logs in to it, so that it keeps the new one. Otherwise the old one returns after 5 minutes." />}
+      {step.value === "done" && (
+        <Notice kind="good" title="The new firmware runs and stays">
+          <Button size="small" onClick={() => location.reload()} testId="update-reload">
+            Load its page
+          </Button>
+        </Notice>
+      )}
+    </Card>
+  );
+}
+
+function ChooseFiles({ board }: { board: string }): JSX.Element {
+  const input = useRef<HTMLInputElement>(null);
+  const choose = (files: readonly File[]): Promise<void> =>
+    attempt(async () => {
+      update.value = null;
+      const read = await Promise.all(files.map(async (file) => ({ name: file.name, data: new Uint8Array(await file.arrayBuffer()) })));
+      update.value = readUpdate(read, board);
+      step.value = "choose";
+    });
+  const busy = step.value === "send" || step.value === "restart";
+  return (
+    <div class="row">
+      <Button disabled={busy} onClick={() => input.current?.click()}>
+        Choose files
+      </Button>
+      <input
+        ref={input}
+        type="file"
+        multiple
+        class="hidden-text"
+        tabIndex={-1}
+        aria-label="Files of the firmware"
+        accept=".bin,.sig,.json"
+        data-test="update-files"
+        onChange={(event) => {
+          const files = [...(event.currentTarget.files ?? [])];
+          event.currentTarget.value = "";
+          if (files.length > 0) void choose(files);
+        }}
+      />
+      {update.value && <span class="small soft">{update.value.name}</span>}
+    </div>
+  );
+}
+
+function Send(): JSX.Element {
+  const send = (chosen: Update): Promise<void> =>
+    attempt(async () => {
+      share.value = 0;
+      step.value = "send";
+      try {
+        await sendUpdate(chosen, key.value, (done) => (share.value = done));
+        step.value = "restart";
+        await reachNew(key.value);
+        step.value = "done";
+      } finally {
+        if (step.value !== "done") step.value = "choose";
+        else key.value = "";
+      }
+    });
+  return (
+    <form
+      class="stack"
+      onSubmit={(event) => {
+        event.preventDefault();
+        if (update.value) void send(update.value);
+      }}
+    >
+      <Field label="Access key" hint="An update needs it also where you are logged in. It is proven, not sent.">
+        <input class="input" type="password" value={key.value} autocomplete="off" data-test="update-key" onInput={(event) => (key.value = event.currentTarget.value)} />
+      </Field>
+      {noMotion.value && <p class="small soft">{noMotion.value}</p>}
+      <div class="row">
+        <button class="button primary" type="submit" disabled={key.value === ""} data-test="update-send">
+          Install
+        </button>
+      </div>
+    </form>
+  );
+}
