@@ -5,6 +5,7 @@
 
 #include "machine/actions.h"
 #include "machine/answer.h"
+#include "machine/auto_report.h"
 #include "machine/compute.h"
 #include "machine/jog.h"
 #include "machine/list.h"
@@ -253,6 +254,7 @@ static const struct command commands[] = {
     {"ACK", false, ACTION_COMMAND, acknowledge},
     {"TPW", false, ACTION_TOOL_PROBE, probe_tool},
     {"TLR", false, ACTION_TOOL_REFERENCE, forget_reference},
+    {"RI=", true, ACTION_ASK, auto_report_set},
     {"SLP", false, ACTION_COMMAND, sleep},
     {"RST=", true, ACTION_COMMAND, restore},
     {"I=", true, ACTION_STORE, store_info},

@@ -29,6 +29,7 @@ PROGRAMS = {
     "crowd": (),
     "gate": (),
     "trust": (),
+    "reports": (),
     "rx_all": (),
     "websocket": (),
     "improv": ("link/improv.c",),
