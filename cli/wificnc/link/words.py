@@ -67,7 +67,7 @@ ERRORS: dict[int, str] = {
     132: "M66 takes L0 to L4; with E only L0, and a wait needs Q above 0",
     133: "an analog output takes 0 to 100 percent (Q)",
     134: "a later M70, M71 or M73 replaced the modes that M73 saved here: one set is stored",
-    135: "the board has no output for this (wificnc boards show; $91=1 lets M7 and M8 pass)",
+    135: "the board has no output for this (wificnc boards show; $91=1 accepts M7 and M8)",
     136: "the board has no tool setter input (input.toolsetter): wificnc boards show",
     140: "the machine's arms cannot reach this point, or not on a straight line from here",
     141: "a homing pull-off ($27, $200 ..) is longer than the travel of its axis ($130 ..)",
