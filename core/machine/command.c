@@ -64,6 +64,12 @@ static enum status show_build(struct machine *machine, const char *rest) {
     return STATUS_OK;
 }
 
+static enum status show_spindles(struct machine *machine, const char *rest) {
+    (void)rest;
+    list_spindles(machine);
+    return STATUS_OK;
+}
+
 static enum status show_codes(struct machine *machine, const char *rest) {
     (void)rest;
     list_build(machine);
@@ -256,6 +262,7 @@ static const struct command commands[] = {
     {"TLR", false, ACTION_TOOL_REFERENCE, forget_reference},
     {"RI=", true, ACTION_ASK, auto_report_set},
     {"SLP", false, ACTION_COMMAND, sleep},
+    {"SPINDLES", false, ACTION_LIST_STORED, show_spindles},
     {"RST=", true, ACTION_COMMAND, restore},
     {"I=", true, ACTION_STORE, store_info},
     {"N", true, ACTION_STARTUP_LINE, startup_line},

@@ -90,7 +90,9 @@ def test_dark_when_it_is_gone(lit: Device) -> None:
 
 
 @pytest.mark.parametrize(("missing", "coolant", "refused"), [(0, 3, 0), (8, 2, 0), (8, 1, 1), (16, 1, 0), (16, 3, 1)])
-def test_coolant_that_the_board_lacks_is_refused_where_the_setting_says_so(make_device: Make, missing: int, coolant: int, refused: int) -> None:
+def test_coolant_that_the_board_lacks_is_refused_with_91_off(
+    make_device: Make, missing: int, coolant: int, refused: int
+) -> None:
     """As a whole. missing: BOARD_OUTPUT_ bits; packets have flood as bit 0, the core as bit 1."""
     device = make_device(missing_outputs=missing, settings={91: 0})
     client = device.connect()
