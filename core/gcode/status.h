@@ -71,7 +71,7 @@
     X(132, WAIT_WORDS, "M66 takes L0 to L4; with E only L0, and a wait needs Q above 0")                     \
     X(133, ANALOG_RANGE, "an analog output takes 0 to 100 percent (Q)")                                      \
     X(134, SAVED_OVER, "a later M70, M71 or M73 replaced the modes that M73 saved here: one set is stored")  \
-    X(135, NO_OUTPUT, "the board has no output for this (wificnc boards show; $91=1 lets M7 and M8 pass)")   \
+    X(135, NO_OUTPUT, "the board has no output for this (wificnc boards show; $91=1 accepts M7 and M8)")     \
     X(136, NO_TOOLSETTER, "the board has no tool setter input (input.toolsetter): wificnc boards show")      \
     X(140, UNREACHABLE, "the machine's arms cannot reach this point, or not on a straight line from here")   \
     X(141, PULL_OFF, "a homing pull-off ($27, $200 ..) is longer than the travel of its axis ($130 ..)")     \
@@ -101,6 +101,7 @@
     X(175, NO_SETTER_PLACE, "this tool change ($341) needs the place of the tool setter: store it in G59.3") \
     X(180, NOT_LOGGED_IN, "this client is not logged in, and the line had no effect (wificnc login)")        \
     X(181, OBSERVER, "another client is in control, and the line had no effect: $TAKE takes control")        \
+    X(182, REPORT_INTERVAL, "$RI= takes 0 (off) or 50 to 60000 ms")                                          \
     X(190, NO_SPINDLE_BUS,                                                                                   \
       "$395: the board has no RS-485 bus for a drive ([spindle_bus]): wificnc boards show")                  \
     X(191, UNKNOWN_VFD, "$395: no spindle has this number; docs/spindles.md lists the drives")               \

@@ -30,6 +30,8 @@ static uint32_t realtime_bit(uint8_t byte) {
         return REALTIME_JOG_CANCEL;
     case 0x87:
         return REALTIME_FULL_STATUS;
+    case 0x8C:
+        return REALTIME_AUTO_REPORT;
     case 0xA3:
         return REALTIME_PARK;
     default:
@@ -75,8 +77,17 @@ void rx_request(struct rx *rx, uint32_t bits) {
         __atomic_fetch_or(&rx->realtime, bits, __ATOMIC_RELEASE);
 }
 
+/* Whether take_out() takes a byte: a bit for each, from 0 on. */
+static const uint32_t acts[8] = {0x01000000, 0x80000002, 0, 0x40000000, ~0u, ~0u, ~0u, ~0u};
+
+static inline bool is_of_stream(uint8_t byte) {
+    return (acts[byte >> 5] >> (byte & 31) & 1) == 0;
+}
+
 /* @return true when the byte was none of the stream. */
 static bool take_out(struct rx *rx, uint8_t byte) {
+    if (is_of_stream(byte))
+        return false;
     uint32_t bit = realtime_bit(byte);
     rx_request(rx, bit);
     if (bit == 0 && ((byte >= RX_OVERRIDE_FIRST && byte <= RX_OVERRIDE_LAST) || byte == RX_OPTIONAL_STOP))
@@ -96,16 +107,13 @@ bool rx_put(struct rx *rx, uint8_t byte) {
     return take_out(rx, byte) || store(rx, byte);
 }
 
-/* Whether take_out() takes a byte: a bit for each, from 0 on. */
-static const uint32_t acts[8] = {0x01000000, 0x80000002, 0, 0x40000000, ~0u, ~0u, ~0u, ~0u};
-
 /* Bytes of the stream, up to one that acts or the end of the room in one piece. */
 static size_t store_run(struct rx *rx, const uint8_t *bytes, size_t count) {
     const uint32_t head = rx->index.head, from = head & (RX_SIZE - 1), room = rx_free(rx);
     size_t most = room < RX_SIZE - from ? room : RX_SIZE - from, run = 0;
     for (most = most < count ? most : count; run < most; run++) {
         const uint8_t byte = bytes[run];
-        if ((acts[byte >> 5] >> (byte & 31) & 1) != 0)
+        if (!is_of_stream(byte))
             break;
         rx->bytes[from + run] = byte;
     }

@@ -21,15 +21,16 @@
 
 /** Real-time requests, collected as bits until the machine takes them. */
 enum realtime {
-    REALTIME_STATUS = 0x01,      /* ?    */
-    REALTIME_HOLD = 0x02,        /* !    */
-    REALTIME_RESUME = 0x04,      /* ~    */
-    REALTIME_RESET = 0x08,       /* 0x18 */
-    REALTIME_DOOR = 0x10,        /* 0x84 */
-    REALTIME_JOG_CANCEL = 0x20,  /* 0x85 */
-    REALTIME_FULL_STATUS = 0x40, /* 0x87: grblHAL's */
-    REALTIME_PARK = 0x80,        /* 0xA3: the byte with which senders acknowledge grblHAL's tool change */
-    REALTIME_PARK_LOST = 0x100,  /* ... before the lines up to the last ~ were read: it marks nothing */
+    REALTIME_STATUS = 0x01,       /* ?    */
+    REALTIME_HOLD = 0x02,         /* !    */
+    REALTIME_RESUME = 0x04,       /* ~    */
+    REALTIME_RESET = 0x08,        /* 0x18 */
+    REALTIME_DOOR = 0x10,         /* 0x84 */
+    REALTIME_JOG_CANCEL = 0x20,   /* 0x85 */
+    REALTIME_FULL_STATUS = 0x40,  /* 0x87: grblHAL's */
+    REALTIME_PARK = 0x80,         /* 0xA3: the byte with which senders acknowledge grblHAL's tool change */
+    REALTIME_PARK_LOST = 0x100,   /* ... before the lines up to the last ~ were read: it marks nothing */
+    REALTIME_AUTO_REPORT = 0x200, /* 0x8C: grblHAL's */
     REALTIME_REPORTS = REALTIME_STATUS | REALTIME_FULL_STATUS,
 };
 

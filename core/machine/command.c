@@ -5,6 +5,7 @@
 
 #include "machine/actions.h"
 #include "machine/answer.h"
+#include "machine/auto_report.h"
 #include "machine/compute.h"
 #include "machine/jog.h"
 #include "machine/list.h"
@@ -60,6 +61,12 @@ static enum status show_build(struct machine *machine, const char *rest) {
     (void)rest;
     list_build(machine);
     notice_report(machine);
+    return STATUS_OK;
+}
+
+static enum status show_spindles(struct machine *machine, const char *rest) {
+    (void)rest;
+    list_spindles(machine);
     return STATUS_OK;
 }
 
@@ -253,7 +260,9 @@ static const struct command commands[] = {
     {"ACK", false, ACTION_COMMAND, acknowledge},
     {"TPW", false, ACTION_TOOL_PROBE, probe_tool},
     {"TLR", false, ACTION_TOOL_REFERENCE, forget_reference},
+    {"RI=", true, ACTION_ASK, auto_report_set},
     {"SLP", false, ACTION_COMMAND, sleep},
+    {"SPINDLES", false, ACTION_LIST_STORED, show_spindles},
     {"RST=", true, ACTION_COMMAND, restore},
     {"I=", true, ACTION_STORE, store_info},
     {"N", true, ACTION_STARTUP_LINE, startup_line},

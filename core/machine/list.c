@@ -5,6 +5,8 @@
 #include "machine/parts.h"
 #include "machine/report.h"
 
+#include "spindle/vfd_models.h"
+
 void list_settings(struct machine *machine) {
     uint16_t number = SETTINGS_BEGIN;
     while (settings_next(&number, machine->board.axis_count)) {
@@ -187,5 +189,37 @@ void list_startup(struct machine *machine) {
         text_string(&machine->out, "=");
         text_string(&machine->out, machine->lines.startup_text[line]);
         text_string(&machine->out, "\r\n");
+    }
+}
+
+/* grblHAL's types. */
+enum { SPINDLE_IS_PWM, SPINDLE_IS_RELAY, SPINDLE_IS_VFD };
+
+/* grblHAL's row of $SPINDLESH: number of $395 | number in the program, - if it is not chosen | type | what it
+ * can | name. */
+static void list_spindle(struct machine *machine, int32_t number, int32_t type, const char *abilities,
+                         const char *name) {
+    const bool chosen = machine->settings.spindle_type == (uint8_t)number;
+    text_string(&machine->out, "[SPINDLE:");
+    text_int(&machine->out, number);
+    text_string(&machine->out, chosen ? "|0|" : "|-|");
+    text_int(&machine->out, type);
+    text_string(&machine->out, chosen ? "|*" : "|");
+    text_string(&machine->out, abilities);
+    text_string(&machine->out, "|");
+    text_string(&machine->out, name);
+    text_string(&machine->out, "]\r\n");
+}
+
+void list_spindles(struct machine *machine) {
+    const uint8_t outputs = machine->board.outputs;
+    const bool pwm = (outputs & BOARD_OUTPUT_PWM) != 0, reverses = (outputs & BOARD_OUTPUT_REVERSE) != 0;
+    if (pwm)
+        list_spindle(machine, 0, SPINDLE_IS_PWM, reverses ? "DLV" : "LV", "PWM");
+    else if ((outputs & BOARD_OUTPUT_SPINDLE) != 0)
+        list_spindle(machine, 0, SPINDLE_IS_RELAY, reverses ? "D" : "", "Relay");
+    for (int32_t model = 1; machine->board.bus != NULL && model <= VFD_MODEL_COUNT; model++) {
+        const bool confirms = vfd_models[model - 1].frame[VFD_READ_SPEED].send_count != 0;
+        list_spindle(machine, model, SPINDLE_IS_VFD, confirms ? "SDV" : "DV", vfd_models[model - 1].title);
     }
 }

@@ -23,6 +23,9 @@ void list_build(struct machine *machine);
 /** [CAPS:], of $I+ */
 void list_codes(struct machine *machine);
 
+/** $SPINDLES: those that $395 can name on this board */
+void list_spindles(struct machine *machine);
+
 /** $N */
 void list_startup(struct machine *machine);
 

@@ -2,6 +2,7 @@
  * Power-on, and the order in which one poll visits the parts. */
 #include "machine/machine.h"
 
+#include "machine/auto_report.h"
 #include "machine/configure.h"
 #include "machine/drive.h"
 #include "machine/faults.h"
@@ -106,7 +107,8 @@ uint32_t machine_event_us(const struct machine *machine) {
 
 uint32_t machine_wait_us(const struct machine *machine) {
     const uint32_t event_us = machine_event_us(machine), vfd_us = vfd_spindle_wait_us(machine);
-    return event_us < vfd_us ? event_us : vfd_us;
+    const uint32_t report_us = auto_report_wait_us(machine), least_us = event_us < vfd_us ? event_us : vfd_us;
+    return report_us < least_us ? report_us : least_us;
 }
 
 /* From rest to motion within prep_poll(): the moment of the start and the count of starts are published for
@@ -147,6 +149,7 @@ bool machine_poll(struct machine *machine) {
     if (timer_poll(machine))
         return any;
     reset_tell_way_out(machine);
+    auto_report_poll(machine);
     any |= realtime_poll(machine);
     if (timer_poll(machine))
         return any;

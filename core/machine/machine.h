@@ -42,8 +42,8 @@ void machine_switch_timer_isr(struct machine *machine);
 /** Poll again after this many us at the latest, even if nothing happens. @return UINT32_MAX: no need */
 uint32_t machine_wait_us(const struct machine *machine);
 
-/** As machine_wait_us(), but without the looks at a spindle's drive that has confirmed all it was commanded:
- * they never end. */
+/** As machine_wait_us(), but without what never ends: looks at a spindle's drive that has confirmed all it
+ * was commanded, and automatic reports. */
 uint32_t machine_event_us(const struct machine *machine);
 
 /** The connection of the sender that commands the text side has ended, in whatever way: a jog is cancelled, a

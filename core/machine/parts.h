@@ -5,6 +5,7 @@
 #define WIFICNC_MACHINE_PARTS_H
 
 #include "machine/aside.h"
+#include "machine/auto_report.h"
 #include "machine/drive.h"
 #include "machine/faults.h"
 #include "machine/homing.h"
@@ -66,6 +67,7 @@ struct machine {
     struct machine_client client;
     struct machine_host host;
     struct machine_reports reports;
+    struct machine_auto_report auto_report;
     struct machine_stored stored;
 };
 

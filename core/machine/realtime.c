@@ -5,6 +5,7 @@
 #include "machine/realtime.h"
 
 #include "machine/actions.h"
+#include "machine/auto_report.h"
 #include "machine/jog.h"
 #include "machine/outputs.h"
 #include "machine/overrides.h"
@@ -87,6 +88,8 @@ bool realtime_poll(struct machine *machine) {
         reset_machine(machine, ALARM_NONE);
         return true;
     }
+    if ((bits & REALTIME_AUTO_REPORT) != 0)
+        auto_report_toggle(machine);
     if (machine->life.critical) /* only a reset helps; a report is answered */
         bits &= REALTIME_REPORTS;
     bool later = machine->life.state == MACHINE_HOME || !text_has_room(&machine->out);

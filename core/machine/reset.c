@@ -2,6 +2,7 @@
  * Alarms, resets, and what is reported after them. */
 #include "machine/reset.h"
 
+#include "machine/auto_report.h"
 #include "machine/drive.h"
 #include "machine/faults.h"
 #include "machine/inputs.h"
@@ -95,6 +96,7 @@ void reset_machine(struct machine *machine, enum alarm alarm) {
     lines_forget(&machine->lines);
     suspend_forget(&machine->suspend);
     report_forget_coolant(&machine->reports);
+    auto_report_forget(&machine->auto_report);
     overrides_apply(machine);
     machine->life.critical = machine->life.critical_untold = false;
     machine->life.locks_again = machine->life.reset_asked = false;

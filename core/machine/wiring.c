@@ -149,6 +149,6 @@ void wiring_report_coolant(struct machine *machine) {
     if ((passed & ~machine->reports.coolant_told) == 0)
         return;
     machine->reports.coolant_told |= passed;
-    report_message(machine, (passed & COOLANT_FLOOD) != 0 ? "M8: this board has no output for flood coolant"
-                                                          : "M7: this board has no output for mist coolant");
+    report_message(machine, (passed & COOLANT_FLOOD) != 0 ? "This board has no flood output"
+                                                          : "This board has no mist output");
 }

@@ -130,7 +130,7 @@ struct settings {
     uint8_t aim_power_pct;
     /** $90 [s] 0..300: Laser: the aiming beam ($89) is off this long after the last M3 or S; 0 = never. */
     uint16_t aim_time_s;
-    /** $91: M7 and M8 without an output on this board are accepted with a message; off: error 135. */
+    /** $91: M7 and M8 without an output are accepted, with one message in a program; off: error 135. */
     bool coolant_passes;
     /** $92 [us] 0..1000: Time that a limit or home switch must stay closed to be detected; 0 = first edge. */
     uint16_t switch_filter_us;

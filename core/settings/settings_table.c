@@ -68,7 +68,7 @@ const struct setting_row setting_rows[SETTINGS_ROW_COUNT] = {
     {88, FIELD(encoder_counts), SETTING_TYPE_U16, 1, 0, STATUS_BAD_NUMBER, 0, 65535, 0, 0x004},
     {89, FIELD(aim_power_pct), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 0, 100, 0, 0x008},
     {90, FIELD(aim_time_s), SETTING_TYPE_U16, 1, 0, STATUS_BAD_NUMBER, 0, 300, 30, 0x008},
-    {91, FIELD(coolant_passes), SETTING_TYPE_BOOL, 1, 0, STATUS_BAD_NUMBER, 0, 1, 0, 0x004},
+    {91, FIELD(coolant_passes), SETTING_TYPE_BOOL, 1, 0, STATUS_BAD_NUMBER, 0, 1, 1, 0x004},
     {92, FIELD(switch_filter_us), SETTING_TYPE_U16, 1, 0, STATUS_BAD_NUMBER, 0, 1000, 5, 0x040},
     {93, FIELD(coolant_delay_s), SETTING_TYPE_FLOAT, 1, 1, STATUS_BAD_NUMBER, 0, 60, 0, 0x004},
     {94, FIELD(laser_curve_20_pct), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 1, 96, 20, 0x008},

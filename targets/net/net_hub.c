@@ -185,18 +185,16 @@ static void net_hub_reset(struct net_hub *hub) {
     net_hub_hear(hub);
 }
 
-static bool may_ask(const struct net_hub *hub) {
-    return hub->owner == NULL || hub->owner->out.count < hub->sizes.out / 2;
-}
-
 static void put_realtime(struct net_hub *hub, struct net_client *client, uint8_t byte) {
     const char character = (char)byte;
     if (byte == RESET)
         net_hub_reset(hub);
-    else if (byte == '?' && !may_ask(hub))
+    else if (byte == '?' && !net_hub_may_ask(hub))
         client->asks = true;
-    else
+    else {
+        hub->asked |= byte == '?' || byte == FULL_STATUS;
         hub->ops->put(hub->ctx, &character, 1);
+    }
     if (byte == JOG_CANCEL || byte == '!')
         net_hub_call_off_jogs(client);
 }
@@ -204,18 +202,6 @@ static void put_realtime(struct net_hub *hub, struct net_client *client, uint8_t
 static void put_stop(struct net_hub *hub, struct net_client *client, uint8_t byte) {
     if (net_hub_may_stop(hub, client, byte))
         put_realtime(hub, hub->owner != NULL ? hub->owner : client, byte);
-}
-
-void net_hub_ask(struct net_hub *hub) {
-    bool asks = false;
-    if (!may_ask(hub))
-        return;
-    for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++) {
-        asks |= client->asks;
-        client->asks = false;
-    }
-    if (asks)
-        hub->ops->put(hub->ctx, "?", 1);
 }
 
 /* ---- bytes of the owner and of observers ---- */
@@ -253,7 +239,7 @@ static void take_owners(struct net_hub *hub, struct net_client *client, char cha
     client->spoiled = false;
     size_t size = client->in.count - client->whole;
     if (line_ends && size > 0 &&
-        net_hub_answer_access(hub, client, net_queue_head(&client->in) + client->whole, size)) {
+        net_hub_answer(hub, client, net_queue_head(&client->in) + client->whole, size)) {
         net_queue_cut(&client->in, client->whole);
         return;
     }
@@ -285,7 +271,7 @@ static void take_observers(struct net_hub *hub, struct net_client *client, char 
             put_realtime(hub, hub->owner, JOG_CANCEL);
         net_hub_set_owner(hub, client);
         take_owners(hub, client, '\n', true);
-    } else if (sound && net_hub_answer_access(hub, client, client->typed, size)) {
+    } else if (sound && net_hub_answer(hub, client, client->typed, size)) {
         return;
     } else if (empty) {
         net_hub_say(hub, client, "ok\r\n", 4);
@@ -308,8 +294,8 @@ static bool is_second_half(struct net_client *client, uint8_t byte) {
 static void take_locked(struct net_hub *hub, struct net_client *client, uint8_t byte) {
     const char character = (char)byte;
     if (net_line_is_realtime(byte) && !net_hub_is_login(net_queue_head(&client->in), client->in.count)) {
-        client->asks |= byte == '?' || byte == FULL_STATUS;
-        put_stop(hub, client, byte);
+        if (!net_hub_toggle_reports(hub, client, byte) && !net_hub_want_report(client, byte))
+            put_stop(hub, client, byte);
     } else if (is_second_half(client, byte)) {
         return;
     } else if (byte == '\n' || byte == '\r') {
@@ -329,10 +315,9 @@ static void take_byte(struct net_hub *hub, struct net_client *client, uint8_t by
         take_locked(hub, client, byte);
         return;
     }
-    if ((byte == '?' || byte == FULL_STATUS) && client != hub->owner) {
-        client->asks = true;
+    if (net_hub_toggle_reports(hub, client, byte) ||
+        (client != hub->owner && net_hub_want_report(client, byte)))
         return;
-    }
     const bool is_realtime = net_line_is_realtime(byte);
     if (!is_realtime && is_second_half(client, byte))
         return;
@@ -530,6 +515,7 @@ static void forget_lines(struct net_hub *hub) {
         owner->whole = 0;
         owner->in_long = owner->called_off = false;
     }
+    net_hub_end_reports(hub);
     hub->inside = hub->inside_left = 0; /* what was inside is not answered any more */
     if (any)
         net_hub_tell(hub, "Queued lines discarded by the reset");
@@ -545,8 +531,11 @@ static void say_line(struct net_hub *hub, const char *line, size_t size) {
     hub->inside_left -= answer && of_left;
     bool report = net_line_begins(line, size, "<");
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
-        if (client->stream.ops != NULL && (report || !client->locked) && (!of_left || client->hears_left))
+        if (client->stream.ops != NULL && (report ? net_hub_gets_report(hub, client) : !client->locked) &&
+            (!of_left || client->hears_left))
             net_hub_say(hub, client, line, size);
+    if (report)
+        net_hub_end_report(hub);
 }
 
 static void say_rest(struct net_hub *hub) {

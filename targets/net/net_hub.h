@@ -26,6 +26,9 @@
  * ends that; `$TRUST` lists such addresses, `$TRUST=no 2` ends the second's, `$TRUST=none` all.
  * `$QR` is answered by the address of the page as a QR code, with the access key for who has a cable.
  *
+ * `$RI=ms` and 0x8C of a client, of a locked one, too, are its own: automatic reports go to the client that
+ * has asked for them, while it reads. They end with the connection, and with a reset.
+ *
  * No client shuts others out: one that says nothing is disconnected after some seconds, and net_places.h
  * chooses who goes for a newcomer when all places are taken. A browser that was made to send a request to a
  * port of lines (net_opening.h) is refused before anything of it acts.
@@ -39,6 +42,7 @@
 
 #include "access/access.h"
 #include "hal/net_sizes.h" // NET_CLIENTS, of the target
+#include "machine/report_interval.h"
 #include "net_queue.h"
 #include "net_stream.h"
 #include "net_telnet.h"
@@ -94,31 +98,34 @@ struct net_client {
     char name[NET_NAME_SIZE];
     struct net_telnet telnet;
     struct net_queue in, out;
-    size_t whole;       /* bytes of `in` up to the last line end */
-    bool after_cr;      /* an LF would be the second half of a line end */
-    bool in_long;       /* the controller has got the begin of the line that continues in `in` */
-    bool called_off;    /* ... or that line began before a jog cancel: a jog must not run */
-    bool skips;         /* in the middle of a line that no one takes */
-    bool asks;          /* a ? that waits */
-    bool ended;         /* sends no more; stays until it has heard the answers */
-    bool gone;          /* to be removed */
-    bool locked;        /* not logged in; `in` is the line that it types */
-    bool by_trust;      /* it was let in because its address is trusted, not by the key */
-    bool hears_left;    /* gets the answers to lines of former owners, too */
-    bool spoiled;       /* the line that comes next, or has begun, is to be refused */
-    bool opened;        /* judged by its first bytes, which `in` holds until then; or need not be */
-    bool refused;       /* ... and is a browser's: takes no more, goes when it has its answer */
-    bool spoke;         /* said something useful */
-    bool waits;         /* `in` begins with a login that waits for its turn; what came after it follows */
-    uint8_t login_size; /* of that line */
-    uint32_t heard_us;  /* when it last said something useful, as a login that waits */
-    uint32_t came_us;   /* when it connected */
-    bool braked;        /* an observer or locked client that has held the machine: it may reset it, too */
-    bool told;          /* ... and one that has not, that it may not */
-    bool explained;     /* has the reason why its lines are refused: once for all that came together */
-    char typed[13];     /* by an observer, in its line: $TRUST=always is the longest that it may send; of a
-                           locked client the number of its question */
-    uint8_t letters;    /* of these; UINT8_MAX: too many. Of a locked client: whether it has a question */
+    size_t whole;        /* bytes of `in` up to the last line end */
+    bool after_cr;       /* an LF would be the second half of a line end */
+    bool in_long;        /* the controller has got the begin of the line that continues in `in` */
+    bool called_off;     /* ... or that line began before a jog cancel: a jog must not run */
+    bool skips;          /* in the middle of a line that no one takes */
+    bool asks, asks_all; /* a ? or 0x87 that waits */
+    bool is_due;         /* the next report is its automatic one */
+    bool ended;          /* sends no more; stays until it has heard the answers */
+    bool gone;           /* to be removed */
+    bool locked;         /* not logged in; `in` is the line that it types */
+    bool by_trust;       /* it was let in because its address is trusted, not by the key */
+    bool hears_left;     /* gets the answers to lines of former owners, too */
+    bool spoiled;        /* the line that comes next, or has begun, is to be refused */
+    bool opened;         /* judged by its first bytes, which `in` holds until then; or need not be */
+    bool refused;        /* ... and is a browser's: takes no more, goes when it has its answer */
+    bool spoke;          /* said something useful */
+    bool waits;          /* `in` begins with a login that waits for its turn; what came after it follows */
+    uint8_t login_size;  /* of that line */
+    uint32_t heard_us;   /* when it last said something useful, as a login that waits */
+    uint32_t came_us;    /* when it connected */
+    struct report_interval reports; /* its automatic ones */
+    uint32_t reported_us;           /* when the newest of these was due */
+    bool braked;     /* an observer or locked client that has held the machine: it may reset it, too */
+    bool told;       /* ... and one that has not, that it may not */
+    bool explained;  /* has the reason why its lines are refused: once for all that came together */
+    char typed[13];  /* by an observer, in its line: $TRUST=always is the longest that it may send; of a
+                        locked client the number of its question */
+    uint8_t letters; /* of these; UINT8_MAX: too many. Of a locked client: whether it has a question */
 };
 
 struct net_hub {
@@ -138,11 +145,12 @@ struct net_hub {
         uint32_t first_us, last_us;
         bool more; /* others have tried, too */
     } knock;
-    uint8_t presses;          /* of the start button, that were seen */
-    bool has_spoiled;         /* NET_LINE_SPOILED may be among what waits */
-    uint32_t inside;          /* lines the controller has got and not answered */
-    uint32_t inside_left;     /* the oldest of these are former owners' */
-    char line[NET_LINE_SIZE]; /* of the controller's output, as far as it was read */
+    uint8_t presses;           /* of the start button, that were seen */
+    bool has_spoiled;          /* NET_LINE_SPOILED may be among what waits */
+    bool asked, asked_for_due; /* a report was, by a client, and for those that are due */
+    uint32_t inside;           /* lines the controller has got and not answered */
+    uint32_t inside_left;      /* the oldest of these are former owners' */
+    char line[NET_LINE_SIZE];  /* of the controller's output, as far as it was read */
     size_t line_size;
 };
 

@@ -242,6 +242,10 @@ void net_hub_log_in(struct net_hub *hub, struct net_client *client) {
         net_queue_free(&client->in);
         return;
     }
+    if (net_hub_answer_reports(hub, client, net_queue_head(&client->in), client->in.count)) {
+        net_queue_free(&client->in);
+        return;
+    }
     if (!net_hub_is_login(net_queue_head(&client->in), client->in.count)) {
         const bool trusted = is_trusted_now(hub, client);
         const char *why = trusted ? trusted_now : net_hub_locked_out;
@@ -314,8 +318,12 @@ bool net_hub_may_stop(struct net_hub *hub, struct net_client *client, uint8_t by
     return true;
 }
 
-bool net_hub_answer_access(struct net_hub *hub, struct net_client *client, const char *line, size_t size) {
+bool net_hub_answer(struct net_hub *hub, struct net_client *client, const char *line, size_t size) {
+    if (size == 0 || line[0] != '$')
+        return false;
     bool trusts = is_trust(line, size);
+    if (net_hub_answer_reports(hub, client, line, size))
+        return true;
     if (!trusts && !net_hub_is_login(line, size) && !is_question(line, size))
         return net_hub_answer_qr(hub, client, line, size);
     bool done = !trusts || take_trust(hub, client, line, size);

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * What the hub's files share: net_hub.c has lines and owners, net_hub_places.c connections, net_hub_access.c
- * who is let in, net_hub_qr.c the code of $QR. */
+ * What the hub's files share: net_hub.c has lines and owners, net_hub_reports.c reports, net_hub_places.c
+ * connections, net_hub_access.c who is let in, net_hub_qr.c the code of $QR. */
 #ifndef WIFICNC_NET_HUB_INNER_H
 #define WIFICNC_NET_HUB_INNER_H
 
@@ -45,6 +45,29 @@ static inline bool net_hub_locks(const struct net_hub *hub) {
 /** Look again at a login that waits for its turn. */
 void net_hub_log_in_again(struct net_hub *hub, struct net_client *client);
 
+/* ---- net_hub_reports.c ---- */
+
+/** A request for a report would find room. */
+bool net_hub_may_ask(const struct net_hub *hub);
+
+/** A client that does not command has sent this byte. @return true: it wants a report */
+bool net_hub_want_report(struct net_client *client, uint8_t byte);
+
+/** 0x8C: a client's automatic reports are off, or on as before. @return false: it is another byte */
+bool net_hub_toggle_reports(const struct net_hub *hub, struct net_client *client, uint8_t byte);
+
+/** `$RI=` of any client, locked ones, too. @return false: it is another line */
+bool net_hub_answer_reports(struct net_hub *hub, struct net_client *client, const char *line, size_t size);
+
+/** A reset ends everyone's automatic reports. */
+void net_hub_end_reports(struct net_hub *hub);
+
+/** Reports that were asked for are for all; automatic ones for those who read them. */
+bool net_hub_gets_report(const struct net_hub *hub, const struct net_client *client);
+
+/** All have it. */
+void net_hub_end_report(struct net_hub *hub);
+
 /* ---- net_hub_places.c ---- */
 
 /** It has said something useful. */
@@ -83,10 +106,10 @@ const char *net_hub_key_for(const struct net_hub *hub, const struct net_client *
 /** The access key, to who has a cable to the controller. */
 void net_hub_tell_key(struct net_hub *hub, struct net_client *client);
 
-/** A login of who is in, a line $TRUST=, or $QR: answered immediately, also while the controller reads no
- * line.
+/** A login of who is in, a line $TRUST= or $RI=, or $QR: answered immediately, also while the controller
+ * reads no line.
  * @return false: it is another line */
-bool net_hub_answer_access(struct net_hub *hub, struct net_client *client, const char *line, size_t size);
+bool net_hub_answer(struct net_hub *hub, struct net_client *client, const char *line, size_t size);
 
 /* ---- net_hub_qr.c ---- */
 

@@ -92,7 +92,7 @@ def test_show_tells_pins_risks_and_deviations() -> None:
 def test_show_lists_what_the_board_lacks() -> None:
     """With the answer that a program gets; the table of all boards is in docs/boards.md."""
     shown = run("boards", "show", "esp32-wroom32").stdout
-    assert "RC servo ($85): error:135" in shown and "mist coolant (M7, 0xA1): error:135" in shown
+    assert "RC servo ($85): error:135" in shown and "mist coolant (M7, 0xA1): a message once in a program" in shown
     lacking = {row["what"] for row in json.loads(run("boards", "show", "esp32s3-zero", "--json").stdout)["lacks"]}
     assert {"mist coolant", "RC servo"} <= lacking
     assert not lacking & {"laser", "flood coolant", "spindle speed", "spindle encoder", "digital outputs"}

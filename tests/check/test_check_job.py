@@ -8,6 +8,8 @@ from math import hypot, sqrt
 import pytest
 from wificnc.app import main
 
+NO_FLOOD = "esp32s3-devkitc-quad"
+
 
 def test_a_good_job_has_nothing_to_say(check):
     code, report = check("G21 G90\nG0 X10 Y20\nG1 Z-1 F300\nX100 F3000\nM2\n")
@@ -74,6 +76,18 @@ def test_all_refused_lines_are_found_not_only_the_first(check, kinds):
 
 def words(hint: str) -> dict[str, float]:
     return {letter: float(number) for letter, number in re.findall(r"\b([IJKR])(-?\d+\.\d+)", hint)}
+
+
+@pytest.mark.parametrize(("code", "kind"), [("M7", "mist"), ("M8", "flood"), ("G1X5F600M08", "flood")])
+def test_coolant_that_the_board_lacks_is_a_warning_at_its_first_line(check, code, kind):
+    """The controller takes the line, and nothing flows: the job ends without an error."""
+    job = f"G0 X1 (M7 M8)\nM9\n{code}\nG1 X2 F600\n{code}\nM2\n"
+    exit_code, report = check(job, "--board", "esp32s3-zero" if kind == "mist" else NO_FLOOD)
+    found = [finding for finding in report["findings"] if finding["kind"] == "coolant"]
+    assert exit_code == 0 and [(f["severity"], f["first_line"]) for f in found] == [("warning", 3)]
+    assert found[0]["message"] == f"This board has no {kind} output"
+    assert check(job, "--board", NO_FLOOD if kind == "flood" else "esp32s3-zero", "--strict")[0] == 1
+    assert not [f for f in check(job)[1]["findings"] if f["kind"] == "coolant"], "the simulator's board has both"
 
 
 @pytest.mark.parametrize(("plane", "axes"), [("G17", "XYIJ"), ("G18", "ZXKI"), ("G19", "YZJK")])

@@ -30,6 +30,7 @@ PROGRAMS = {
     "gate": (),
     "trust": (),
     "qr": (),
+    "reports": (),
     "rx_all": (),
     "websocket": (),
     "improv": ("link/improv.c",),

@@ -90,9 +90,11 @@ def test_dark_when_it_is_gone(lit: Device) -> None:
 
 
 @pytest.mark.parametrize(("missing", "coolant", "refused"), [(0, 3, 0), (8, 2, 0), (8, 1, 1), (16, 1, 0), (16, 3, 1)])
-def test_coolant_that_the_board_lacks_is_refused(make_device: Make, missing: int, coolant: int, refused: int) -> None:
+def test_coolant_that_the_board_lacks_is_refused_with_91_off(
+    make_device: Make, missing: int, coolant: int, refused: int
+) -> None:
     """As a whole. missing: BOARD_OUTPUT_ bits; packets have flood as bit 0, the core as bit 1."""
-    device = make_device(missing_outputs=missing)
+    device = make_device(missing_outputs=missing, settings={91: 0})
     client = device.connect()
     answer = reason(device, client, IoControl(misc_outputs=1, spindle=1, rpm=500, coolant=coolant))
     assert answer == (Refusal.NO_OUTPUT if refused else Refusal.NONE)
@@ -104,9 +106,9 @@ def test_coolant_that_the_board_lacks_is_refused(make_device: Make, missing: int
     assert reason(device, client, IoControl()) == Refusal.NONE
 
 
-def test_coolant_that_the_board_lacks_is_passed_where_the_setting_says_so(make_device: Make) -> None:
+def test_coolant_that_the_board_lacks_is_passed(make_device: Make) -> None:
     """$91, as at the text side: taken, and stays off; the status shows what is on."""
-    device = make_device(missing_outputs=8, settings={91: 1})
+    device = make_device(missing_outputs=8)
     client = device.connect()
     assert reason(device, client, IoControl(spindle=1, rpm=500, coolant=3)) == Refusal.NONE
     device.send(JogStop(0xFF))

@@ -143,8 +143,8 @@ OUT.svg`. To add a board: [boards/README.md](../boards/README.md).
 ## Outputs and inputs of each board
 
 A code or a setting that needs a pin which the board does not have is refused, and nothing changes. M5 and M9 are always
-possible. CAM programs with M7 or M8 run on a board without coolant outputs after `$91=1`: the controller prints a
-message once in a job, and nothing is switched.
+possible. CAM programs with M7 or M8 run on a board without coolant outputs: the controller prints a message once in a
+program, and nothing is switched. `wificnc check` warns; with `$91=0` such a line is refused.
 
 {abilities}
 """

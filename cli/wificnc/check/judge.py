@@ -17,6 +17,12 @@ REACHED = 0.98  # of the feed asked for: no one misses the rest
 GAINED = 0.9  # where only the acceleration is in the way, a little less is nothing to tell
 ROUNDING_MM = 2e-4  # of float32 positions up to 2 m
 CLAMPED = re.compile(r"\$11\d is limited")
+NO_COOLANT = re.compile("This board has no (flood|mist) output")
+NO_COOLANT_HINT = "the job cuts without coolant; take the code out, or use a board with that output"
+COOLANT_CODES = {
+    name: re.compile(rb"(?i)^[^(;\r\n]*?M\s*0?%d(?![.\d])" % code, re.MULTILINE)
+    for name, code in (("mist", 7), ("flood", 8))
+}
 MACHINE_COORDINATES = re.compile(rb"(?i)^[^(;\r\n]*?\bG\s*(?:53|28|30)(?![.\d])", re.MULTILINE)
 
 
@@ -148,13 +154,16 @@ def _time(rows: Iterable[SurveyLine]) -> float:
     return float(sum(row.time_s for row in rows))
 
 
-def remarks(warnings: Iterable[str]) -> Iterator[Finding]:
+def remarks(warnings: Iterable[str], program: bytes) -> Iterator[Finding]:
     """What the controller said by the way."""
     for text in warnings:
         if CLAMPED.match(text):
             yield Finding(
                 "step-rate", Severity.WARNING, 0, 0, text, "use less microstepping, or a board with a higher step rate"
             )
+        elif found := NO_COOLANT.match(text):
+            line = first_line_with(COOLANT_CODES[found[1]], program)
+            yield Finding("coolant", Severity.WARNING, line, line, text, NO_COOLANT_HINT)
         else:
             yield Finding("message", Severity.NOTE, 0, 0, text)
 
@@ -165,10 +174,15 @@ def tool_changes(changes: Iterable[ToolChange]) -> Iterator[Finding]:
         yield Finding("tool-change", Severity.NOTE, change.line, change.line, f"tool change: T{change.tool}")
 
 
+def first_line_with(code: re.Pattern[bytes], text: bytes) -> int:
+    """Its number; 0: no line has the code."""
+    found = code.search(text)
+    return text[: found.start()].count(b"\n") + 1 if found else 0
+
+
 def machine_moves(text: bytes) -> Iterator[Finding]:
     """G53, G28 and G30 mean machine coordinates, which say nothing before the work zero is known."""
-    if found := MACHINE_COORDINATES.search(text):
-        line = text[: found.start()].count(b"\n") + 1
+    if line := first_line_with(MACHINE_COORDINATES, text):
         message = "this job moves in machine coordinates, so its extent depends on the work zero"
         yield Finding("work-zero", Severity.NOTE, line, line, message, "give it with --work-zero X-100Y-50Z-20")
 

@@ -114,7 +114,7 @@ def _findings(
     else:
         found += judge.machine_moves(text)
     found += [*judge.slow(rows), *judge.laser(result)]
-    return [*found, *judge.tool_changes(result.tool_changes), *judge.remarks(result.warnings)]
+    return [*found, *judge.tool_changes(result.tool_changes), *judge.remarks(result.warnings, text)]
 
 
 def _extents(result: SimResult, machine: Machine) -> list[judge.Extent]:
