@@ -9,7 +9,7 @@ from console_page import SWITCHES, Console, home, load, square, typed
 from playwright.sync_api import Locator, expect
 
 AXE = Path(__file__).parents[2] / "web" / "node_modules" / "axe-core" / "axe.min.js"
-LASER = ("$32=1", "$30=1000", "$89=5", "$90=2")
+LASER = ("$32=1", "$30=1000", "$89=5", "$90=30")
 
 
 def facts(console: Console) -> Locator:

@@ -1,8 +1,8 @@
 """The tables that the web page is built with.
 
-web/src/generated/tables.json, boards.json and machines.json come from protocol/*.toml, boards/*.toml, targets/*/pins*.toml,
-examples/machines/*.toml, core/gcode/status.h, cli/wificnc/sim/look.py, cli/wificnc/machine/model.py and
-targets/esp32/partitions.csv; edit those.
+web/src/generated/tables.json, boards.json and machines.json come from protocol/*.toml, boards/*.toml,
+targets/*/pins*.toml, examples/machines/*.toml, core/gcode/status.h, cli/wificnc/sim/look.py,
+cli/wificnc/machine/model.py and targets/esp32/partitions.csv; edit those.
 """
 
 from __future__ import annotations

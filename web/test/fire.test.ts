@@ -16,6 +16,7 @@ it.each([
   [LASER, 0, 1, /above 0/],
   [LASER, NaN, 1, /above 0/],
   [LASER, 1, 11, /at most 10 s/],
+  [new Map([...LASER, [90, "3"]]), 1, 4, /at most 3 s/],
   [LASER, 1, NaN, /at most 10 s/],
 ] as const)("refuses", (settings, power, time, why) => expect(noFire(settings, power, time)).toMatch(why));
 

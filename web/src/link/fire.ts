@@ -2,7 +2,7 @@
 import { settingNumber } from "../tables";
 
 const [LASER, AIM_POWER, AIM_TIME, MAX, MIN] = ["laser_mode", "aim_power_pct", "aim_time_s", "spindle_max_rpm", "spindle_min_rpm"].map(settingNumber) as [number, number, number, number, number];
-export const LONGEST_FIRE_S = 10;
+const LONGEST_FIRE_S = 10;
 export const LONGEST_STAGE_S = 1800;
 
 type Settings = ReadonlyMap<number, string>;
@@ -20,13 +20,18 @@ export function firePower_pct(settings: Settings): number {
   return valueOf(settings, AIM_POWER);
 }
 
+/** The controller ends the beam by itself after $90. */
+export function longestFire_s(settings: Settings): number {
+  return Math.min(LONGEST_FIRE_S, valueOf(settings, AIM_TIME));
+}
+
 /** Why the laser cannot be tested; "": it can. The time limit of the controller holds when this page is gone. */
 export function noFire(settings: Settings, power_pct: number, time_s: number): string {
   if (!isLaser(settings)) return `The test needs laser mode ($${LASER}=1): without it this would turn a spindle.`;
   if (firePower_pct(settings) === 0) return `The controller keeps the beam dark at rest: set $${AIM_POWER} to the highest power in % that you allow there.`;
   if (valueOf(settings, AIM_TIME) === 0) return `Set $${AIM_TIME} to some seconds first: the controller then ends the beam even if this page is gone.`;
   if (!(power_pct > 0 && power_pct <= firePower_pct(settings))) return `The power must be above 0 and at most ${firePower_pct(settings)} % ($${AIM_POWER}).`;
-  if (!(time_s > 0 && time_s <= LONGEST_FIRE_S)) return `The time must be above 0 and at most ${LONGEST_FIRE_S} s.`;
+  if (!(time_s > 0 && time_s <= longestFire_s(settings))) return `The time must be above 0 and at most ${longestFire_s(settings)} s.`;
   return "";
 }
 

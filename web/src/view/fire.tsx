@@ -3,7 +3,7 @@ import { useSignal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
 import { controller, noMotion, standing } from "../app";
-import { darkLines, fireLine, firePower_pct, LONGEST_FIRE_S, noFire, noStages, usualStages, type Stage } from "../link/fire";
+import { darkLines, fireLine, firePower_pct, longestFire_s, noFire, noStages, usualStages, type Stage } from "../link/fire";
 import { Button, Dialog, Field, Notice } from "./parts";
 
 const ANSWER_MS = 1000;
@@ -97,7 +97,7 @@ export function FireDialog({ onClose }: { onClose: () => void }): JSX.Element {
       <Notice kind="warn" title="Wear your goggles. The beam is on while you hold the button." />
       <div class="numbers">
         {field("power_pct", `Power, % (${firePower_pct(settings)} at most)`, firePower_pct(settings))}
-        {field("time_s", `Time, s (${LONGEST_FIRE_S} at most)`, LONGEST_FIRE_S)}
+        {field("time_s", `Time, s (${longestFire_s(settings)} at most)`, longestFire_s(settings))}
       </div>
       {why && !lit.value && <p class="small" data-test="fire-why">{why}</p>}
       {failed.value && <Notice kind="bad" title={failed.value} />}
