@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from pathlib import Path
 
 HANG_S = 120.0  # nothing that is awaited takes this long, at any load: it hangs
 BUILD_S = 10 * HANG_S  # the same of programs that compile or install: half a minute on a quiet computer
@@ -17,8 +16,3 @@ def wait_until(holds: Callable[[], bool], what: object, cap_s: float = HANG_S) -
     while not holds():
         assert time.monotonic() < end, f"does not come: {what() if callable(what) else what}"
         time.sleep(LOOK_S)
-
-
-def waited_s(*threads: Path) -> float:
-    """How long these have been ready to run and had no processor: the computer's delay, not theirs."""
-    return sum(int((thread / "schedstat").read_text().split()[1]) * 1e-9 for thread in threads)
