@@ -7,23 +7,31 @@
 
 /* ---- pins ---- */
 
+static const struct pin_row {
+    uint16_t first;
+    uint8_t count;
+} pin_rows[] = {
+#define ROW(first, count) {first, count},
+    DEVICE_PIN_KEYS(ROW)
+#undef ROW
+};
+
 /* @return DEVICE_PINS: no pin's key */
 static unsigned pin_of(uint16_t key) {
-    static const struct {
-        uint16_t first;
-        uint8_t count;
-    } rows[] = {
-#define ROW(first, count) {first, count},
-        DEVICE_PIN_KEYS(ROW)
-#undef ROW
-    };
     unsigned index = 0;
-    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
-        if (key >= rows[i].first && key - rows[i].first < rows[i].count)
-            return index + key - rows[i].first;
-        index += rows[i].count;
+    for (size_t i = 0; i < sizeof pin_rows / sizeof pin_rows[0]; i++) {
+        if (key >= pin_rows[i].first && key - pin_rows[i].first < pin_rows[i].count)
+            return index + key - pin_rows[i].first;
+        index += pin_rows[i].count;
     }
     return DEVICE_PINS;
+}
+
+uint16_t device_pin_key(unsigned index) {
+    const struct pin_row *row = pin_rows;
+    for (; index >= row->count; row++)
+        index -= row->count;
+    return (uint16_t)(row->first + index);
 }
 
 static bool is_legal(const struct device *device, unsigned index, uint8_t pin) {
@@ -259,7 +267,7 @@ enum device_answer device_save(struct device *device, uint64_t now_us) {
     if (!is_usable(&device->network))
         return discard(device, DEVICE_RANGE);
     if (!same_wiring(&device->wiring, &device->kept_wiring)) {
-        if (!device->ops->keep_wiring(device->ctx, &device->wiring))
+        if (!device->ops->keep_wiring(device->ctx, &device->wiring, &device->kept_wiring))
             return discard(device, DEVICE_NOT_STORED);
         device->kept_wiring = device->wiring;
     }

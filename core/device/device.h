@@ -3,8 +3,9 @@
  * Pure: the target stores and joins.
  *
  * What is set is staged; device_save() checks it as a whole, and stores it or discards it. Pins and the
- * e-stop's sense take effect at the next start. A change of the network takes effect a second later and is
- * on trial: if no one comes back within DEVICE_TRIAL_S, the settings before return. */
+ * e-stop's sense take effect at the next start, and are the target's to take back. A change of the network
+ * takes effect a second later and is on trial: if no one comes back within DEVICE_TRIAL_S, the settings
+ * before return. */
 #ifndef WIFICNC_DEVICE_DEVICE_H
 #define WIFICNC_DEVICE_DEVICE_H
 
@@ -41,8 +42,9 @@ struct device_network {
 };
 
 struct device_ops {
-    /** Store it, in one step. NULL: this target's pins are fixed. */
-    bool (*keep_wiring)(void *ctx, const struct device_wiring *wiring);
+    /** Store it, in one step. NULL: this target's pins are fixed.
+     * @param before  what is to return if no one comes after the next start */
+    bool (*keep_wiring)(void *ctx, const struct device_wiring *wiring, const struct device_wiring *before);
     /** Store it, in one step. NULL: this target has no network of its own.
      * @param before  what is to return if no one comes back; NULL: it is not on trial */
     bool (*keep_network)(void *ctx, const struct device_network *network,
@@ -89,6 +91,9 @@ void device_begin(struct device *device, bool trial, uint64_t now_us);
 /** Wiring that was stored, perhaps on another board. @return false: it does not fit this one, and nothing
  * changes */
 bool device_take_wiring(struct device *device, const struct device_wiring *stored);
+
+/** @param index  below DEVICE_PINS, as in struct device_wiring */
+uint16_t device_pin_key(unsigned index);
 
 /** A number. @return false: no key of this room */
 bool device_get(const struct device *device, uint16_t key, uint32_t *value);

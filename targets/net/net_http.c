@@ -27,6 +27,7 @@ enum { ACCEPTS_A_ROUND = 8 };
 static const char about_path[] = "/api/controller";
 static const char discover_path[] = "/api/discover";
 static const char network_path[] = "/api/network";
+static const char pins_path[] = "/api/pins";
 static const char stream_path[] = "/grbl";
 static const char update_path[] = "/update";
 static const char no_page[] = "This firmware does not include the web page. The Grbl stream is at port 23.\n";
@@ -101,11 +102,13 @@ static const char *own_page(const struct net_http_place *place, const struct net
 /* @return false: it has not come yet */
 static bool answer_late(struct net_http_place *place, const struct net_http_site *site) {
     struct net_http_late late;
-    const struct net_http_call call = {.body = place->body_at > 0 ? place->head + place->body_at : NULL,
+    const struct net_http_call call = {.topic = (enum net_http_topic)place->topic,
+                                       .body = place->body_at > 0 ? place->head + place->body_at : NULL,
                                        .peer = place->stream.peer,
                                        .own = own_page(place, site) != NULL,
                                        .since_us = place->since_us};
-    if (!(place->calls ? site->network(site->setup, &call, &late) : site->discover(site->ctx, &late)))
+    if (!(place->topic != NET_HTTP_NO_TOPIC ? site->network(site->setup, &call, &late)
+                                            : site->discover(site->ctx, &late)))
         return false;
     const char *body = keep(place, late.body, strlen(late.body));
     if (body == NULL)
@@ -165,9 +168,17 @@ static void refuse_method(struct net_http_place *place) {
     refuse(place, "405 Method Not Allowed", "Allow: GET, HEAD\r\n", "Only GET and HEAD are supported.\n");
 }
 
+/* @return NET_HTTP_NO_TOPIC: another address */
+static enum net_http_topic topic_of(const struct net_http_site *site, const char *path) {
+    return site->network == NULL                            ? NET_HTTP_NO_TOPIC
+           : strcmp(path, network_path) == 0                ? NET_HTTP_NETWORK
+           : site->has_pins && strcmp(path, pins_path) == 0 ? NET_HTTP_PINS
+                                                            : NET_HTTP_NO_TOPIC;
+}
+
 /* A form of another page can send what it likes, but neither this Origin nor this type. */
-static void answer_network(struct net_http_place *place, const struct net_http_request *request,
-                           size_t body_at) {
+static void answer_topic(struct net_http_place *place, const struct net_http_request *request,
+                         enum net_http_topic topic, size_t body_at) {
     static const char type[] = "application/json";
     if (request->posts && !net_http_origin_is_ours(request))
         refuse(place, "403 Forbidden", "", "Refused: the page comes from another origin.\n");
@@ -175,8 +186,10 @@ static void answer_network(struct net_http_place *place, const struct net_http_r
         refuse(place, "415 Unsupported Media Type", "", "The Content-Type must be application/json.\n");
     else if (request->posts && !request->has_length)
         refuse(place, "411 Length Required", "", "The Content-Length of the request is missing.\n");
-    else
-        place->waits = place->calls = true;
+    else {
+        place->waits = true;
+        place->topic = (uint8_t)topic;
+    }
     place->body_at = request->posts ? (uint16_t)body_at : 0;
 }
 
@@ -220,12 +233,13 @@ static void answer_request(struct net_http_place *place, const struct net_http_s
     if (!is_understood(place, &request))
         return;
     place->head_only = request.head_only;
+    const enum net_http_topic topic = topic_of(site, request.path);
     /* Before anything is served: a page of another site whose name was made to lead here (DNS rebinding)
      * sends its own name. */
     if (!net_http_host_is_ours(request.host, site->name, site->names))
         answer_foreign(place, site, &request);
-    else if (site->network != NULL && strcmp(request.path, network_path) == 0)
-        answer_network(place, &request, body_at);
+    else if (topic != NET_HTTP_NO_TOPIC)
+        answer_topic(place, &request, topic, body_at);
     else if (request.posts)
         refuse_method(place);
     else if (site->connect != NULL && strcmp(request.path, stream_path) == 0)
@@ -397,7 +411,7 @@ bool net_http_poll(struct net_http *http, uint32_t now_us) {
         if (place->stream.ops != NULL && !place->answers && !place->waits)
             read_request(place, http->site, now_us);
         if (place->waits && answer_late(place, http->site))
-            place->waits = place->calls = false;
+            place->waits = false;
         if (place->stream.ops != NULL && place->answers)
             any |= send_answer(place, http->site, now_us);
         if (place->stream.ops != NULL && now_us - place->heard_us >= patience_us(place, http->site))

@@ -10,6 +10,8 @@
  *
  *   GET, POST /api/network how this controller is on a network, and another one for it, as JSON
  *
+ *   GET, POST /api/pins    which signal is on which pin, and another one for it, as JSON
+ *
  *   GET /grbl, WebSocket   a client like any other: who owns, who observes and who must log in is the hub's
  *
  *   GET /update, WebSocket a new firmware: who may send it, and what it may be, is the callee's
@@ -51,8 +53,12 @@ struct net_http_late {
     const char *body;
 };
 
-/** A request for /api/network. */
+/** Addresses whose answer is the target's. */
+enum net_http_topic { NET_HTTP_NO_TOPIC, NET_HTTP_NETWORK, NET_HTTP_PINS };
+
+/** A request for /api/network or /api/pins. */
 struct net_http_call {
+    enum net_http_topic topic;
     const char *body; /* of POST, JSON; NULL: GET */
     uint64_t peer;    /* net_stream.peer */
     bool own;         /* it came through the own network */
@@ -77,13 +83,14 @@ struct net_http_site {
     /** Someone waits for the other controllers; called every round until there is an answer. NULL: this
      * server does not look for them. @return false: not yet */
     bool (*discover)(void *ctx, struct net_http_late *out);
-    /** How the network is, and another one for it; called every round until there is an answer. NULL: this
-     * server has no network to set. @return false: not yet */
+    /** How the network is, and another one for it; or likewise the pins, where topics has them; called every
+     * round until there is an answer. NULL: this server has no network to set. @return false: not yet */
     bool (*network)(void *setup, const struct net_http_call *call, struct net_http_late *out);
     /** A connection came through the own network. @param here, peer  IPv4, net_stream.peer of both ends.
      *  @return the address of the page that sets the network up; NULL: it did not */
     const char *(*portal)(void *setup, uint64_t here, uint64_t peer);
-    void *setup; /* of network() and portal() */
+    void *setup;   /* of network() and portal() */
+    bool has_pins; /* network() answers NET_HTTP_PINS, too */
     /** The address that a place is kept for, as net_stream.peer; 0: none. NULL: there is no such address */
     uint64_t (*owner)(void *ctx);
     void *ctx;
@@ -101,7 +108,7 @@ struct net_http_place {
     size_t sent;      /* of the answer's head */
     bool head_only;   /* the answer has no body */
     bool waits;       /* the request has come, its answer has not: site->discover(), site->network() */
-    bool calls;       /* ... the latter */
+    uint8_t topic;    /* ... the latter, enum net_http_topic; 0: the former */
     uint16_t body_at; /* ... and this is where the body of its POST begins in head; 0: it is a GET */
     bool answers;     /* there is an answer */
     bool upgrades;    /* ... and asks for a stream */

@@ -135,7 +135,7 @@ static void put_codewords(struct net_qr *qr, const uint8_t *codewords, size_t co
 }
 
 bool net_qr_make(struct net_qr *qr, const char *text) {
-    uint8_t codewords[CODEWORDS];
+    uint8_t codewords[CODEWORDS] = {0};
     unsigned number = 0;
     while (number < VERSIONS && strlen(text) + FRAME_BYTES > versions[number].data)
         number++;

@@ -28,7 +28,7 @@ class Ports(NamedTuple):
 
 
 PARTS = ("app/controller.c", "net/page.c")
-CONTACT = ("net/light.c", "net/portal.c", "net/wifi_policy.c")
+CONTACT = ("net/light.c", "net/portal.c", "net/wifi_policy.c", "net/wiring_page.c")
 
 
 @cache

@@ -40,6 +40,7 @@ static const struct {
 static struct {
     struct wifi_policy policy;
     struct device_network stored, before;
+    unsigned restarts, pin_before; /* of p_sx; 0: no pins were stored */
     bool trial, phone_is_elsewhere, machine_moves, hold, own;
     uint32_t now_ms, connect_ms, scan_ms; /* 0: not under way */
     enum wifi_state state;
@@ -185,8 +186,9 @@ static void obey(char *line, struct device *device, struct portal *portal) {
         radio.machine_moves = line[6] == '1';
     struct net_light_facts facts = {.at_rest = !radio.machine_moves};
     light_add_network(&facts);
-    printf("%s%s own=%d joined=%d light=%s\n", has_network() ? radio.stored.ssid : "none",
-           radio.trial ? "+" : "", radio.own, radio.address != 0, net_light_name(net_light_of(&facts)));
+    printf("%s%s own=%d joined=%d light=%s pin=%u restarts=%u\n", has_network() ? radio.stored.ssid : "none",
+           radio.trial ? "+" : "", radio.own, radio.address != 0, net_light_name(net_light_of(&facts)),
+           radio.pin_before, radio.restarts);
     fflush(stdout);
 }
 
@@ -218,9 +220,55 @@ static int name_server(void) {
     return -1;
 }
 
+/* ---- pins ---- */
+
+/* PROBE: its place in struct device_wiring. */
+enum { PROBE = 19, XY_LEGAL = 1 << 1 | 1 << 2 | 1 << 6 };
+
+/* Four signals of the board; that of Z cannot be moved. */
+static const char *key_of(unsigned index) {
+    static const char *const keys[] = {"p_sx", "p_sy", "p_sz"};
+    return index < 3 ? keys[index] : index == PROBE ? "p_prb" : NULL;
+}
+
+static bool keep_wiring(void *ctx, const struct device_wiring *wiring, const struct device_wiring *before) {
+    (void)ctx;
+    (void)wiring;
+    radio.pin_before = before->pin[0];
+    return true;
+}
+
+static const char *why_busy(void *ctx) {
+    (void)ctx;
+    return radio.machine_moves ? "a job is running or held: let it end, or reset the controller" : NULL;
+}
+
+static void restart(void *ctx) {
+    (void)ctx;
+    radio.restarts++;
+}
+
+static struct wiring_page *make_wiring_page(struct device *device, struct access *access) {
+    static uint64_t legal[DEVICE_PINS] = {XY_LEGAL, XY_LEGAL, [PROBE] = (uint64_t)1 << 14};
+    device->legal = legal;
+    device->wiring.pin[0] = 1;
+    device->wiring.pin[1] = 2;
+    device->wiring.pin[2] = 42;
+    device->wiring.pin[PROBE] = 14;
+    return wiring_page_create(&(struct wiring_page_options){.device = device,
+                                                            .access = access,
+                                                            .key_of = key_of,
+                                                            .why_busy = why_busy,
+                                                            .restart = restart,
+                                                            .now_us = radio_time_us});
+}
+
 static void start_page(struct controller *controller, struct portal *portal) {
-    const struct page_names names = {
-        .own = network_name(), .network = portal_network, .portal = portal_page, .setup = portal};
+    const struct page_names names = {.own = network_name(),
+                                     .network = portal_network,
+                                     .portal = portal_page,
+                                     .setup = portal,
+                                     .has_pins = true};
     int error;
     if (!controller_listen(controller, "127.0.0.1", "0", &error) ||
         !page_start(&controller->hub, "127.0.0.1", &names, "0", &error) || name_server() < 0)
@@ -232,7 +280,8 @@ static void start_page(struct controller *controller, struct portal *portal) {
 
 int main(int argc, char **argv) {
     static const struct net_hub_sizes sizes = {.clients = CLIENTS, .in = 2048, .out = 16384, .left = 2048};
-    static const struct device_ops device_ops = {.keep_network = keep_network, .join = join};
+    static const struct device_ops device_ops = {
+        .keep_wiring = keep_wiring, .keep_network = keep_network, .join = join};
     static const struct timespec pace = {.tv_nsec = 100000}; /* leaves the processor to other tests */
     static const uint8_t salt[ACCESS_SALT];
     static struct controller controller;
@@ -246,9 +295,11 @@ int main(int argc, char **argv) {
     access_init(&controller.access, argv[1], argv[1][0] == '\0', salt, hal_time_us(&host->hal));
     controller_set(&controller, &(struct controller_options){.key = argv[1]});
     memset(device.wiring.pin, DEVICE_NO_PIN, sizeof device.wiring.pin);
+    struct wiring_page *wiring = make_wiring_page(&device, &controller.access);
     device_begin(&device, false, 0);
     wifi_policy_init(&radio.policy, false, 0);
-    struct portal *portal = portal_create(&(struct portal_options){.device = &device,
+    struct portal *portal = portal_create(&(struct portal_options){.wiring = wiring,
+                                                                   .device = &device,
                                                                    .access = &controller.access,
                                                                    .hub = &controller.hub,
                                                                    .page = "http://192.168.4.1/setup.html",
@@ -268,5 +319,6 @@ int main(int argc, char **argv) {
             (void)nanosleep(&pace, NULL);
     }
     free(portal);
+    free(wiring);
     return 0;
 }

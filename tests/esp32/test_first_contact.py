@@ -322,7 +322,7 @@ def test_what_is_in_use_already_is_said(contact: Contact) -> None:
 
 
 def light(state: str) -> str:
-    return state.split("light=")[1]
+    return state.split("light=")[1].split()[0]
 
 
 def test_the_status_light_tells_how_first_contact_goes(contact: Contact) -> None:
@@ -335,3 +335,68 @@ def test_the_status_light_tells_how_first_contact_goes(contact: Contact) -> None
     assert light(contact.pass_s(130)) == "OWN_NETWORK"  # no one came: as before
     assert ask(contact, {**GOOD, "password": "wrong wrong"})[0] == 200
     assert light(contact.pass_s(2)) == "OWN_NETWORK"
+
+
+# ---- pins ----
+
+PINS = "/api/pins"
+PINS_BEFORE = {"p_sx": 1, "p_sy": 2, "p_sz": 42, "p_prb": 14}
+
+
+def test_pins_are_read_by_all_and_changed_with_the_key(contact: Contact) -> None:
+    """Also in the own network: its password is for the choice of a network."""
+    status, said, _ = ask(contact, path=PINS)
+    assert status == 200 and said == {"may": False, "pins": PINS_BEFORE}
+    assert ask(contact, {"p_sx": 6}, PINS)[0] == 401
+    assert ask(contact, {"p_sx": 6, "key": "wrong horse"}, PINS)[0] == 401
+    assert ask(contact, {"restart": True}, PINS)[0] == 401
+    assert "pin=0 restarts=0" in contact.tell("state")
+    contact.pass_s(2)  # after a wrong key
+    assert ask(contact, {"p_sx": 6, "key": KEY}, PINS)[0] == 200
+    assert "pin=1 restarts=0" in contact.tell("state")  # the pin that returns if no one comes
+    assert ask(contact, path=PINS)[1]["pins"] == {**PINS_BEFORE, "p_sx": 6}
+    assert ask(contact, {"restart": True, "key": KEY}, PINS)[0] == 200
+    assert "restarts=1" in contact.tell("state")
+
+
+def test_two_signals_swap_their_pins_in_one_request(contact: Contact) -> None:
+    assert ask(contact, {"p_sx": 2, "p_sy": 1, "restart": True, "key": KEY}, PINS)[0] == 200
+    assert ask(contact, path=PINS)[1]["pins"] == {**PINS_BEFORE, "p_sx": 2, "p_sy": 1}
+    assert "pin=1 restarts=1" in contact.tell("state")
+
+
+@pytest.mark.parametrize(
+    ("body", "status", "why"),
+    [
+        ({"p_sx": 2}, 400, "same pin"),
+        ({"p_sx": 12}, 400, "do not allow this pin"),
+        ({"p_sx": 255}, 400, "do not allow this pin"),
+        ({"p_sy": 1, "p_sx": 2, "p_sz": 6}, 400, "cannot be moved"),  # the good ones are not stored, either
+        ({"p_sx": 256}, 400, "Not understood"),
+        ({"p_sx": "6"}, 400, "Not understood"),
+        ({"p_sx": -1}, 400, "Not understood"),
+        ({"p_qq": 6}, 400, "Not understood"),
+        ({"restart": False}, 400, "Not understood"),
+        ('{"p_sx": 6, "p_sx": 1, "key": "correct horse"}', 400, "Not understood"),
+    ],
+)
+def test_pins_that_cannot_be_change_nothing(contact: Contact, body: object, status: int, why: str) -> None:
+    sent = {**body, "key": KEY} if isinstance(body, dict) else body
+    answered = ask(contact, sent, PINS)
+    assert answered[0] == status and why in str(answered[1]["error"])
+    assert ask(contact, path=PINS)[1]["pins"] == PINS_BEFORE
+    assert "pin=0 restarts=0" in contact.tell("state")
+
+
+def test_pins_stay_while_the_machine_moves(contact: Contact) -> None:
+    contact.tell("moves 1")
+    status, said, _ = ask(contact, {"p_sx": 6, "restart": True, "key": KEY}, PINS)
+    assert status == 409 and "a job is running or held" in str(said["error"])
+    assert "pin=0 restarts=0" in contact.tell("state")
+
+
+def test_pins_obey_the_rules_of_origin_and_type(contact: Contact) -> None:
+    body = {"p_sx": 6, "key": KEY}
+    assert ask(contact, body, PINS, Origin="http://evil.example")[0] == 403
+    assert ask(contact, body, PINS, **{"Content-Type": "text/plain"})[0] == 415
+    assert "pin=0" in contact.tell("state")

@@ -120,9 +120,8 @@ def test_neither_another_signature_nor_another_key_is_accepted(there: Receiver) 
 
 
 def test_a_page_from_elsewhere_gets_no_stream(there: Receiver) -> None:
-    with pytest.raises(InvalidStatus) as refused:
-        with opened(there, "http://evil.example"):
-            pass
+    with pytest.raises(InvalidStatus) as refused, opened(there, "http://evil.example"):
+        pass
     assert refused.value.response.status_code == 403
     connection = http.client.HTTPConnection("127.0.0.1", there.page, timeout=HANG_S)
     connection.request("GET", "/update")

@@ -79,7 +79,9 @@ def test_a_firmware_is_installed_and_reached(there: Receiver, page: Page) -> Non
         (b"\x7fELF" + bytes(1000), "is not a firmware image of an ESP32"),
     ],
 )
-def test_the_page_refuses_what_is_no_firmware_for_this_board(there: Receiver, page: Page, data: bytes, text: str) -> None:
+def test_the_page_refuses_what_is_no_firmware_for_this_board(
+    there: Receiver, page: Page, data: bytes, text: str
+) -> None:
     choose(page, data)
     refused(page, text)
     expect(page.locator("[data-test=update-send]")).to_have_count(0)

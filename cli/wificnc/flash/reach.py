@@ -31,7 +31,7 @@ def wait_until_reached(host: str, key: str, port: int = TELNET_PORT, patience_s:
             if time.monotonic() >= deadline:
                 raise FlashError(
                     f"{host} does not come back with the new firmware: {err.message}",
-                    hint=f"the old firmware returns {TRIAL_MINUTES} minutes after the start, unless you reach the new one "
-                    f"before: `wificnc login {host}`",
+                    hint=f"the old firmware returns {TRIAL_MINUTES} minutes after the start, unless you reach the new "
+                    f"one before: `wificnc login {host}`",
                 ) from err
         time.sleep(AGAIN_S)

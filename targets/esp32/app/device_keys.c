@@ -31,8 +31,8 @@ static struct device_wiring wiring_of(const struct pin_map *map) {
 /* ---- the storage and the network ---- */
 
 /* @param ctx  struct nvs_store */
-static bool keep_wiring(void *ctx, const struct device_wiring *wiring) {
-    return nvs_device_keep_wiring(ctx, wiring);
+static bool keep_wiring(void *ctx, const struct device_wiring *wiring, const struct device_wiring *before) {
+    return nvs_device_keep_wiring(ctx, wiring, before);
 }
 
 static bool keep_network(void *ctx, const struct device_network *network,

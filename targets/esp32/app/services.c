@@ -57,13 +57,17 @@ void services_update(void *ctx, const struct net_stream *stream) {
     (void)ota_connect(&services->ota, stream, nonce, services->now_us);
 }
 
+void services_restart(struct services *services) {
+    services->restarts = true;
+}
+
 static bool poll_updates(struct services *services, uint32_t now_us) {
     struct net_stream stream;
     char name[NET_ADDRESS_SIZE];
     if (services->ota_listener >= 0 && net_tcp_accept(services->ota_listener, &stream, name))
         services_update(services, &stream);
     bool any = ota_poll(&services->ota, now_us);
-    if (!services->ota.done || services->ota.state != OTA_FREE)
+    if (!(services->ota.done || services->restarts) || services->ota.state != OTA_FREE)
         services->done_us = now_us;
     else if (now_us - services->done_us >= RESTART_US)
         esp_restart();

@@ -21,6 +21,7 @@ struct services {
     uint32_t done_us; /* when an update was complete */
     uint32_t now_us;  /* of the last round */
     struct update_trial trial;
+    bool restarts;
 };
 
 /** [start, behind network_start()] @param access  whose key updates need; outlives this
@@ -31,6 +32,9 @@ void services_start(struct services *services, struct access *access, const stru
 
 /** Someone sends a new firmware. @param services  struct services @param stream  is owned from here on */
 void services_update(void *services, const struct net_stream *stream);
+
+/** Restart the chip soon: an answer that is on its way goes out first. */
+void services_restart(struct services *services);
 
 /** One round. Restarts the chip when a new firmware is complete, and into the old one when no one has reached
  * the new one (net/update_trial.h). @param reached  someone who may command is connected over the network

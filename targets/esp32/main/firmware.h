@@ -31,6 +31,7 @@ struct firmware {
         struct io_module io_module; /* when this board is one */
     };
     struct portal *portal;        /* first contact; NULL: there is none */
+    struct update_trial wiring;   /* pins that were changed over the network */
     struct boot_guard *guard;     /* of crashes in a row */
     char key[ACCESS_KEY_MAX + 1]; /* of network clients and updates */
     uint8_t access_open;
@@ -76,6 +77,10 @@ void firmware_keep_trust(struct firmware *firmware);
 
 /** A network with WMC3 and updates. */
 void firmware_start_io_module(struct firmware *firmware);
+
+/** Pins that were changed over the network return if no one comes after the start with them.
+ * @param reached, at_rest  as of services_poll() */
+void firmware_poll_wiring(struct firmware *firmware, uint32_t now_us, bool reached, bool at_rest);
 
 /** Report a new address, so that a user at a serial port knows where to connect. */
 void firmware_tell_address(struct firmware *firmware);

@@ -8,6 +8,7 @@
 #include "net/portal.h"
 #include "net/wifi.h"
 #include "net_dns.h"
+#include "store/nvs_device.h"
 
 #include "esp_random.h"
 
@@ -93,8 +94,28 @@ static uint64_t device_time_us(void *ctx) {
     return ((const struct firmware *)ctx)->controller.session.now_us;
 }
 
+static const char *why_busy(void *ctx) {
+    return controller_why_busy(&((const struct firmware *)ctx)->controller);
+}
+
+static void restart_soon(void *ctx) {
+    services_restart(&((struct firmware *)ctx)->services);
+}
+
+static struct wiring_page *make_wiring_page(struct firmware *firmware) {
+    const struct wiring_page_options options = {.device = firmware->controller.session.options.device,
+                                                .access = &firmware->controller.access,
+                                                .key_of = nvs_device_pin_key,
+                                                .why_busy = why_busy,
+                                                .restart = restart_soon,
+                                                .now_us = device_time_us,
+                                                .ctx = firmware};
+    return wiring_page_create(&options);
+}
+
 static void start_portal(struct firmware *firmware) {
-    const struct portal_options options = {.device = firmware->controller.session.options.device,
+    const struct portal_options options = {.wiring = make_wiring_page(firmware),
+                                           .device = firmware->controller.session.options.device,
                                            .access = &firmware->controller.access,
                                            .hub = &firmware->controller.hub,
                                            .page = "http://" NETWORK_OWN_TEXT "/setup.html",
@@ -134,6 +155,18 @@ static void unlock_outputs(void *ctx) {
     io_module_unlock(ctx);
 }
 
+/* ---- pins that are on trial ---- */
+
+void firmware_poll_wiring(struct firmware *firmware, uint32_t now_us, bool reached, bool at_rest) {
+    const enum update_verdict verdict = update_trial_poll(&firmware->wiring, now_us, reached, at_rest);
+    if (verdict == UPDATE_WAIT)
+        return;
+    if (!nvs_device_end_wiring_trial(&firmware->store, verdict == UPDATE_CONFIRM))
+        firmware_tell(firmware, "Cannot store which pins are used from now on");
+    else if (verdict == UPDATE_REVERT)
+        services_restart(&firmware->services);
+}
+
 /* ---- start ---- */
 
 /* Most boards have none, and need no memory for them. @return NULL: none; else it is never freed */
@@ -154,6 +187,7 @@ static void start_servers(struct firmware *firmware) {
         names.network = portal_network;
         names.portal = portal_page;
         names.setup = firmware->portal;
+        names.has_pins = true;
     }
     names.update = services_update;
     names.updates = &firmware->services;
@@ -174,6 +208,7 @@ void firmware_start_network(struct firmware *firmware) {
     const struct ota_flash flash = {.lock = lock_machine, .unlock = unlock_machine, .ctx = firmware};
     const struct controller_options options = {.key = firmware->key, .page = page_address};
     char text[128];
+    firmware->wiring.on = nvs_device_wiring_is_on_trial(&firmware->store);
     firmware->has_network = network_start(&firmware->store);
     if (!firmware->has_network) {
         firmware_tell(firmware, "Cannot start WiFi or Ethernet");
@@ -193,6 +228,7 @@ void firmware_start_io_module(struct firmware *firmware) {
     struct io_module *module = &firmware->io_module;
     struct controller *controller = &firmware->controller;
     const struct ota_flash flash = {.lock = lock_outputs, .unlock = unlock_outputs, .ctx = module};
+    firmware->wiring.on = nvs_device_wiring_is_on_trial(&firmware->store);
     firmware->has_network = network_start(&firmware->store);
     if (!firmware->has_network)
         return; /* no one can command: the outputs stay safe */

@@ -56,9 +56,10 @@ static enum net_light controller_light(const struct firmware *firmware) {
 static bool serve_network(struct firmware *firmware, uint32_t now_us) {
     if (!firmware->has_network)
         return false;
-    const struct controller *controller = &firmware->controller;
-    bool more = services_poll(&firmware->services, now_us, controller_is_reached(controller),
-                              controller_why_busy(controller) == NULL);
+    const bool reached = controller_is_reached(&firmware->controller);
+    const bool at_rest = controller_why_busy(&firmware->controller) == NULL;
+    firmware_poll_wiring(firmware, now_us, reached, at_rest);
+    bool more = services_poll(&firmware->services, now_us, reached, at_rest);
     more |= page_poll(now_us);
     if (firmware->portal != NULL)
         portal_poll(firmware->portal);
@@ -108,6 +109,7 @@ void firmware_run_io_module(void *ctx) {
         if (firmware->has_network)
             io_module_round(&firmware->io_module);
         const bool reached = firmware->controller.session.owner.on;
+        firmware_poll_wiring(firmware, now_us, reached, !reached);
         if (!firmware->has_network || !services_poll(&firmware->services, now_us, reached, !reached))
             vTaskDelay(pdMS_TO_TICKS(1));
     }

@@ -54,6 +54,7 @@ bool page_start(struct net_hub *hub, const char *host, const struct page_names *
     site.network = names->network;
     site.portal = names->portal;
     site.setup = names->setup;
+    site.has_pins = names->has_pins;
     site.update = names->update;
     site.updates = names->updates;
     site.ctx = hub;

@@ -15,6 +15,7 @@ struct page_names {
     bool (*network)(void *setup, const struct net_http_call *call, struct net_http_late *out);
     const char *(*portal)(void *setup, uint64_t here, uint64_t peer);
     void *setup;
+    bool has_pins;
     /* Likewise; NULL: no updates are taken. */
     void (*update)(void *updates, const struct net_stream *stream);
     void *updates;

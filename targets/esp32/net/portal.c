@@ -283,6 +283,8 @@ bool portal_network(void *ctx, const struct net_http_call *call, struct net_http
     struct portal *portal = ctx;
     struct access *access = portal->options.access;
     struct wish *wish = &portal->wish;
+    if (call->topic == NET_HTTP_PINS)
+        return wiring_page_call(portal->options.wiring, call, out);
     if (call->body == NULL) {
         describe(portal, call, out);
         return true;

@@ -9,6 +9,7 @@
 #define WIFICNC_ESP32_PORTAL_H
 
 #include "device/device.h"
+#include "net/wiring_page.h"
 #include "net_http.h"
 #include "net_hub.h"
 
@@ -16,9 +17,10 @@ struct portal_options {
     struct device *device;
     struct access *access;
     struct net_hub *hub;
-    const char *page;    /* address of the page that sets the network up */
-    const char *address; /* of our own network, numeric: names lead there */
-    uint16_t dns_port;   /* NET_DNS_PORT outside of tests */
+    struct wiring_page *wiring; /* answers what is about pins; NULL: nothing does */
+    const char *page;           /* address of the page that sets the network up */
+    const char *address;        /* of our own network, numeric: names lead there */
+    uint16_t dns_port;          /* NET_DNS_PORT outside of tests */
     /** Nothing moves: flash may be written, and the radio may be elsewhere for two seconds. */
     bool (*at_rest)(void *ctx);
     /** The clock of device_poll(). */

@@ -6,12 +6,11 @@
 
 #include <string.h>
 
-static const char pending[] = "pins_pending", trial[] = "net_before";
+static const char pending[] = "pins_pending", trial[] = "net_before", pins_trial[] = "pins_before";
 
 /* ---- pins ---- */
 
-/* @return the storage's key of this pin; NULL: it cannot be moved */
-static const char *pin_key(unsigned index) {
+const char *nvs_device_pin_key(unsigned index) {
     static const uint8_t signals[DEVICE_PINS] = {
 #define SIGNAL(pin, signal, legal) signal,
         BOARD_PIN_KEYS(SIGNAL)};
@@ -35,7 +34,7 @@ static bool put_u8(const struct nvs_store *store, const char *key, uint8_t value
 
 static bool put_wiring(const struct nvs_store *store, const struct device_wiring *wiring) {
     for (unsigned n = 0; n < DEVICE_PINS; n++) {
-        const char *key = pin_key(n);
+        const char *key = nvs_device_pin_key(n);
         if (key != NULL && !put_u8(store, key, wiring->pin[n]))
             return false;
     }
@@ -50,9 +49,36 @@ void nvs_device_finish(const struct nvs_store *store) {
         (void)store->ops->erase(store->ctx, pending);
 }
 
-bool nvs_device_keep_wiring(const struct nvs_store *store, const struct device_wiring *wiring) {
-    return store->ops != NULL && store->ops->set_blob(store->ctx, pending, wiring, sizeof *wiring) &&
-           put_wiring(store, wiring) && store->ops->erase(store->ctx, pending);
+static bool has_before(const struct nvs_store *store, struct device_wiring *before) {
+    return store->ops != NULL &&
+           store->ops->get_blob(store->ctx, pins_trial, before, sizeof *before) == sizeof *before;
+}
+
+bool nvs_device_wiring_is_on_trial(const struct nvs_store *store) {
+    struct device_wiring before;
+    return has_before(store, &before);
+}
+
+bool nvs_device_end_wiring_trial(const struct nvs_store *store, bool stays) {
+    struct device_wiring before;
+    if (!has_before(store, &before))
+        return false;
+    /* As in nvs_device_keep_wiring(): a power cut leaves all old or all new pins. */
+    if (!stays && !store->ops->set_blob(store->ctx, pending, &before, sizeof before))
+        return false;
+    return store->ops->erase(store->ctx, pins_trial) &&
+           (stays || (put_wiring(store, &before) && store->ops->erase(store->ctx, pending)));
+}
+
+/* Of several changes in a row the first's old values return: those are known to work. */
+bool nvs_device_keep_wiring(const struct nvs_store *store, const struct device_wiring *wiring,
+                            const struct device_wiring *before) {
+    struct device_wiring first;
+    return store->ops != NULL &&
+           (has_before(store, &first) ||
+            store->ops->set_blob(store->ctx, pins_trial, before, sizeof *before)) &&
+           store->ops->set_blob(store->ctx, pending, wiring, sizeof *wiring) && put_wiring(store, wiring) &&
+           store->ops->erase(store->ctx, pending);
 }
 
 /* ---- network ---- */

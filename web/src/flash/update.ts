@@ -209,8 +209,8 @@ function pause(ms: number): Promise<void> {
   return new Promise((resolve) => setTimeout(resolve, ms));
 }
 
-/** Log in to the new firmware, so that it stays (net/update_trial.h). Rejects with a FirmwareError when it does not come back. */
-export async function reachNew(key: string): Promise<void> {
+/** Log in after a restart, so that what is new stays (net/update_trial.h). Rejects with a FirmwareError when it does not come back. */
+export async function reachNew(key: string, what = "firmware"): Promise<void> {
   const until = performance.now() + BACK_MS;
   await pause(RESTART_MS);
   while (performance.now() < until) {
@@ -218,8 +218,8 @@ export async function reachNew(key: string): Promise<void> {
     await pause(AGAIN_MS);
   }
   throw new FirmwareError(
-    "The controller does not come back with the new firmware",
-    "The old firmware returns 5 minutes after the start. Then open this page again.",
+    `The controller does not come back with the new ${what}`,
+    `The old ${what} return${what.endsWith("s") ? "" : "s"} 5 minutes after the start. Then open this page again.`,
   );
 }
 

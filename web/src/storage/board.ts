@@ -16,6 +16,8 @@ export const image = signal<NvsImage | null>(null);
 export const source = signal("");
 /** Key -> new value; null: forget the key. */
 export const changes = signal<ReadonlyMap<string, StoredValue | null>>(new Map());
+/** Pins that a controller has told over the network, as far as they are not the board's own; null: none were asked for. */
+export const networkPins = signal<ReadonlyMap<string, number> | null>(null);
 /** 0..1 while the board is read or written. */
 export const progress = signal<number | null>(null);
 export const written = signal(false);
@@ -26,13 +28,17 @@ export const isChanged = computed(() => changes.value.size > 0);
 export function valueOf(key: string): StoredValue | undefined {
   const change = changes.value.get(key);
   if (change !== undefined) return change ?? undefined;
-  return image.value?.get(namespace, key);
+  return storedOf(key);
+}
+
+function storedOf(key: string): StoredValue | undefined {
+  return image.value?.get(namespace, key) ?? networkPins.value?.get(key);
 }
 
 /** Change a key; null forgets it. */
 export function setValue(key: string, value: StoredValue | null): void {
   const next = new Map(changes.value);
-  const before = image.value?.get(namespace, key);
+  const before = storedOf(key);
   if (value === before || (value === null && before === undefined)) next.delete(key);
   else next.set(key, value);
   changes.value = next;

@@ -8,6 +8,7 @@ import { clashes, ownPin, pinOf, refusal, setValue } from "../storage/board";
 import { TABLES, type Board, type StoredPin } from "../tables";
 import { Card, Check, Notice } from "./parts";
 import { StorageBar } from "./storage";
+import { NetworkPins } from "./wiring";
 
 const showIllegal = signal(false);
 const { none } = TABLES.storage;
@@ -61,6 +62,7 @@ function MovablePins({ board: wired }: { board: Board }): JSX.Element {
   return (
     <>
       <StorageBar problem={wrong.join("; ")} />
+      <NetworkPins board={wired} problem={wrong.join("; ")} />
       {wrong.length > 0 && <Notice kind="bad" title="The firmware would refuse this and use the board's pins" text={wrong.join("; ")} />}
       <Check label="List unsuitable pins, with the reason" checked={showIllegal.value} onChange={(on) => (showIllegal.value = on)} />
       <div class="scroll">
