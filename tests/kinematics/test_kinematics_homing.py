@@ -115,3 +115,27 @@ def test_changing_the_machine_keeps_the_joints_and_moves_the_tool():
     assert reported_mm(grbl)[:2] == pytest.approx([20, 10], abs=0.001)
     assert grbl.position()[:2] == [3000, 1000]
     grbl.close()
+
+
+def test_a_clamped_jog_ends_at_the_tools_travel_of_corexy():
+    """$56: on its own line, where the first of the tool's axes ends; the belts have no ends."""
+    grbl = machine_of(COREXY, **HOMING)
+    for axis in range(3):
+        grbl.travel(axis, -9000, 1000)
+    assert "ok" in grbl.send("$H\n")
+    grbl.settings(s20=1, s56=1)
+    grbl.fine("$J=G53X-50Y-40F5000", "G4P0", "$J=G91X-200Y-80F5000", "G4P0")
+    assert reported_mm(grbl)[:2] == pytest.approx([-100, -60], abs=0.02)
+    grbl.fine("$J=G91X500Y500F5000", "G4P0")
+    assert reported_mm(grbl)[:2] == pytest.approx([-40, 0], abs=0.02)
+    grbl.close()
+
+
+@pytest.mark.parametrize("kind", [POLAR, SCARA])
+def test_a_clamped_jog_ends_at_the_travel_of_a_straight_axis(kind):
+    """Z of a machine whose other joints turn: X stops with it. What the arms do not reach is refused as ever."""
+    grbl = machine_of(kind, s20=0, s22=1, s56=1, s130=150, s131=0, s132=20)
+    grbl.fine("G0X60Y-50Z-10", "G4P0", "$20=1", "$J=G91X10Z-100F1000", "G4P0")
+    assert reported_mm(grbl) == pytest.approx([61, -50, -20], abs=0.03)
+    assert grbl.send("$J=G91X9000F1000\n") == "error:140\r\n"
+    grbl.close()

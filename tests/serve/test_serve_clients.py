@@ -265,3 +265,14 @@ def test_a_job_of_thousands_of_lines_while_strangers_reconnect(server: Server) -
         finally:
             ending.set()
             crowd.join()
+
+
+def test_an_observer_has_automatic_reports_that_the_owner_does_not_get(server: Server) -> None:
+    with connect(server) as owner, connect(server) as observer:
+        assert owner.ask("G0X1") == ["ok"]
+        observer.until("^ok$")
+        observer.send("$RI=50\n")
+        observer.until("^ok$")
+        for _ in range(3):
+            observer.until("^<")
+        assert owner.ask("G4P0") == ["ok"], "no report came between"
