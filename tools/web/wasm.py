@@ -1,7 +1,7 @@
 """The core as WebAssembly, for the page's preflight: `python -m web.wasm`.
 
 The same sources as the host library, less what talks to sockets and clocks, by PyPI's zig; so a job in the browser is
-the job in `wificnc sim`, bit for bit.
+the job in `wificnc sim`, bit for bit. Binaryen, of web/package.json, makes it smaller: a controller has it in flash.
 """
 
 from __future__ import annotations
@@ -30,10 +30,15 @@ FLAGS = (
     *WARNINGS,
 )
 LINK_FLAGS = ("--target=wasm32-wasi", "-mexec-model=reactor", "-Os", "-s")
+OPTIMIZER = "web/node_modules/binaryen/bin/wasm-opt"
+OPTIMIZER_FLAGS = (
+    "-Oz",
+    *(f"--enable-{name}" for name in ("bulk-memory", "mutable-globals", "nontrapping-float-to-int", "sign-ext")),
+)
 
 
 def build_wasm(root: Path = ROOT) -> Path:
-    """The module, built when stale. Raises BuildError."""
+    """The module, built when stale. Needs npm's packages. Raises BuildError."""
     output = root / OUTPUT
     output.parent.mkdir(parents=True, exist_ok=True)
     zig = zig_cc()
@@ -45,7 +50,10 @@ def build_wasm(root: Path = ROOT) -> Path:
         compile_stale(command, units, "zig")
         objects = [unit.object for unit in units]
         if is_older(output, objects):
-            _link([*zig, *LINK_FLAGS], objects, output)
+            linked = output.with_suffix(".linked")
+            _run([*zig, *LINK_FLAGS, *map(str, objects), "-o", str(linked), "-lm"], f"{output.name} did not link (zig)")
+            optimizer = ["node", str(root / OPTIMIZER), *OPTIMIZER_FLAGS, str(linked), "-o", str(output)]
+            _run(optimizer, f"{output.name} did not become smaller (Binaryen)")
     return output
 
 
@@ -55,16 +63,10 @@ def _sources(root: Path) -> list[Path]:
     return sorted([*(root / "core").rglob("*.c"), *(root / "targets" / "sim").glob("*.c"), *pc, root / GLUE])
 
 
-def _link(command: list[str], objects: list[Path], output: Path) -> None:
-    run = subprocess.run(
-        [*command, *map(str, objects), "-o", str(output), "-lm"],
-        capture_output=True,
-        text=True,
-        encoding="utf-8",
-        errors="replace",
-    )
+def _run(command: list[str], what: str) -> None:
+    run = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", errors="replace")
     if run.returncode != 0:
-        raise failure(f"{output.name} did not link (zig)", run.stderr)
+        raise failure(what, run.stderr)
 
 
 if __name__ == "__main__":
