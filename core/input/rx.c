@@ -30,12 +30,10 @@ static uint32_t realtime_bit(uint8_t byte) {
         return REALTIME_JOG_CANCEL;
     case 0x87:
         return REALTIME_FULL_STATUS;
-    case 0x8C:
-        return REALTIME_AUTO_REPORT;
     case 0xA3:
         return REALTIME_PARK;
-    default:
-        return 0;
+    default: /* one more case is a jump by a table, which interrupts may not make */
+        return byte == 0x8C ? REALTIME_AUTO_REPORT : 0;
     }
 }
 
