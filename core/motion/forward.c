@@ -42,11 +42,9 @@ static bool is_newest(const struct emit *emit) {
     return path_count(&emit->plan->path) == 1;
 }
 
-bool travel_ends(const struct emit *emit) {
+bool travel_rests(const struct emit *emit) {
     if (path_count(&emit->plan->path) == 0)
         return true;
-    if (emit->y > 0.0f)
-        return false;
     const struct piece *piece = tail_piece(emit);
     bool at_blend = emit->entered && emit->along_mm >= piece->length_mm - piece->tangent_mm;
     return emit->hold || (is_newest(emit) && at_blend && piece->tangent_mm > 0.0f);
