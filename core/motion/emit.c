@@ -503,11 +503,11 @@ static bool make(void *ctx, struct segment *segment) {
     emit->work = 1;
     if (gear_is_on(&emit->gear))
         make_geared(emit, segment);
-    else if (travel_ends(emit) && !is_behind(emit) && !dwells(emit))
-        return false;
-    else if (travel_ends(emit) && !is_behind(emit))
+    else if (travel_ends(emit) && !is_behind(emit)) {
+        if (!dwells(emit))
+            return false;
         make_dwell(emit, segment);
-    else if (shaper_is_on(emit->shaper))
+    } else if (shaper_is_on(emit->shaper))
         make_shaped(emit, segment);
     else
         make_sample(emit, segment);
@@ -574,9 +574,7 @@ static bool stop(void *ctx, enum ahead_stop how) {
 /* What follows the spindle is made whole: the spindle turns meanwhile. */
 static uint32_t portion(const void *ctx) {
     const struct emit *emit = ctx;
-    if (gear_is_on(&emit->gear))
-        return UINT32_MAX;
-    return PORTION;
+    return gear_is_on(&emit->gear) ? UINT32_MAX : PORTION;
 }
 
 static uint32_t work(const void *ctx) {

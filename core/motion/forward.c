@@ -42,11 +42,9 @@ static bool is_newest(const struct emit *emit) {
     return path_count(&emit->plan->path) == 1;
 }
 
-bool travel_ends(const struct emit *emit) {
+bool travel_rests(const struct emit *emit) {
     if (path_count(&emit->plan->path) == 0)
         return true;
-    if (emit->y > 0.0f)
-        return false;
     const struct piece *piece = tail_piece(emit);
     bool at_blend = emit->entered && emit->along_mm >= piece->length_mm - piece->tangent_mm;
     return emit->hold || (is_newest(emit) && at_blend && piece->tangent_mm > 0.0f);
@@ -368,10 +366,12 @@ static struct stretch next_stretch(const struct emit *emit, float *end_y) {
 static bool is_crawling(const struct emit *emit, const struct stretch *stretch, float end_y, float *lively) {
     struct plan *plan = emit->plan;
     const struct piece *piece = tail_piece(emit), *next = path_piece(&plan->path, plan->path.tail + 1);
+    float most = 2.0f * piece->tangent_mm * stretch->dt * piece->accel_mm_s2; /* lively_y(), without a turn */
+    if (emit->hold || emit->y >= CRAWL * most)
+        return false;
     float limit = min_f(timing_limit_sq(&plan->timing, piece), timing_limit_sq(&plan->timing, next));
     limit = min_f(limit, piece->bend_sq);
-    float most = 2.0f * piece->tangent_mm * stretch->dt * piece->accel_mm_s2; /* lively_y(), without a turn */
-    if (emit->hold || emit->y >= CRAWL * min_f(limit, most))
+    if (emit->y >= CRAWL * limit)
         return false;
     *lively = min_f(lively_y(emit, stretch, piece->tangent_mm), limit);
     float enough = CRAWL * *lively;

@@ -18,7 +18,12 @@ uint32_t travel_power_place(const struct emit *emit);
 /** Where that is, mm, relative to emit->corner. */
 void travel_position(const struct emit *emit, float from_corner_mm[AXIS_COUNT]);
 
+/** With y = 0, as it is where no piece is left: that is the end of all pieces, or motion is held. */
+bool travel_rests(const struct emit *emit);
+
 /** Nothing to travel on: at rest at the end of all pieces, or held. */
-bool travel_ends(const struct emit *emit);
+static inline bool travel_ends(const struct emit *emit) {
+    return emit->y <= 0.0f && travel_rests(emit);
+}
 
 #endif

@@ -305,12 +305,17 @@ static bool is_timed(struct motion *motion) {
     return false;
 }
 
+/* The same where enough is published: most polls end here. */
+static bool stays_timed(struct motion *motion) {
+    return (!plan_has_pass(&motion->plan) && !rests_at_place(&motion->emit)) || is_timed(motion);
+}
+
 bool motion_poll(struct motion *motion, uint32_t now_us) {
     struct emit *emit = &motion->emit;
     emit->now_us = now_us;
     if (motion->ahead.owner == AHEAD_PLANNER && ahead_has_enough(&motion->ahead)) {
         emit->waits = motion->waits = false;
-        motion->works = !is_timed(motion);
+        motion->works = !stays_timed(motion);
         return motion->works;
     }
     motion->works = false;

@@ -29,9 +29,9 @@ static float value_at(const struct tangent *tangent, float rho) {
 static struct tangent tangent_at(const struct half *half, float rho) {
     vec at_start = half->bend + half->start * rho, at_end = half->bend + half->end * rho;
     float value = vec_most(vec_higher(vec_abs(at_start), vec_abs(at_end)));
-    vec none = (vec){0} + NEVER;
-    vec start = vec_select(vec_abs(at_start) >= value, vec_turn_sign(half->start, at_start), none);
-    vec end = vec_select(vec_abs(at_end) >= value, vec_turn_sign(half->end, at_end), none);
+    vec most = (vec){0} + value, none = (vec){0} + NEVER;
+    vec start = vec_select(vec_is_less(vec_abs(at_start), most), none, vec_turn_sign(half->start, at_start));
+    vec end = vec_select(vec_is_less(vec_abs(at_end), most), none, vec_turn_sign(half->end, at_end));
     return (struct tangent){rho, value, vec_most(vec_higher(start, end))};
 }
 

@@ -58,6 +58,13 @@ VEC_INLINE vec vec_select(vec_mask mask, vec a, vec b) {
     return (vec)((mask & (vec_mask)a) | (~mask & (vec_mask)b));
 }
 
+/** Lanes in which a is less than b; both are finite. A comparison of wide vectors would be taken apart. */
+VEC_INLINE vec_mask vec_is_less(vec a, vec b) {
+    if (!CORE_VECTORS)
+        return a < b;
+    return (vec_mask)(a - b) >> 31;
+}
+
 /** The smaller of each two lanes, and the greater. With vector registers the loops become an instruction. */
 VEC_INLINE vec vec_lower(vec a, vec b) {
     if (!CORE_VECTORS)
