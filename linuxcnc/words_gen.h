@@ -42,7 +42,7 @@ static const char *const word_of_refusal[] = {
     [21] = "one of the channels is not an output, or has no pin",
     [22] = "a segment stops at probe contact, but the probe is already in contact",
     [23] = "a stop or a newer packet of its kind was sent later but received earlier",
-    [24] = "the board has no output for this spindle, its direction or (`$91=0`) this coolant",
+    [24] = "the board has no output for this spindle, its direction or this coolant",
     [25] = "the host sent nothing for `$77` ms while its stream was open, so it was lost",
 };
 

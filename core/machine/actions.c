@@ -233,7 +233,8 @@ enum refusal action_outputs(struct machine *machine, const struct outputs_wish *
     const uint8_t on = to->coolant & to->coolant_mask;
     uint8_t coolant = (uint8_t)((machine->outputs.coolant & ~to->coolant_mask) | on);
     coolant &= (uint8_t)~ports->no_coolant; /* the status shows what is on */
-    if ((to->turns && !gcode_can_turn(ports, to->spindle)) || gcode_lacks_coolant(ports, on))
+    /* $91 lets M7 and M8 of a program pass, with a message to its sender: a host sees no messages. */
+    if ((to->turns && !gcode_can_turn(ports, to->spindle)) || (on & ports->no_coolant) != 0)
         return REFUSAL_NO_OUTPUT;
     if ((to->turns && to->spindle != SPINDLE_OFF) || on != 0) {
         const enum refusal refusal = refuse_start(machine);

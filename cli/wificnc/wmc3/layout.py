@@ -168,7 +168,7 @@ class Refusal(IntEnum):
     NOT_OUTPUT = 21  # one of the channels is not an output, or has no pin
     TOUCHES = 22  # a segment stops at probe contact, but the probe is already in contact
     OVERTAKEN = 23  # a stop or a newer packet of its kind was sent later but received earlier
-    NO_OUTPUT = 24  # the board has no output for this spindle, its direction or (`$91=0`) this coolant
+    NO_OUTPUT = 24  # the board has no output for this spindle, its direction or this coolant
     SILENT = 25  # the host sent nothing for `$77` ms while its stream was open, so it was lost
 
 

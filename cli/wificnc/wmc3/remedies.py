@@ -30,7 +30,7 @@ MEANINGS: dict[Refusal, str] = {
     Refusal.NOT_OUTPUT: "one of the channels is not an output, or has no pin",
     Refusal.TOUCHES: "a segment stops at probe contact, but the probe is already in contact",
     Refusal.OVERTAKEN: "a stop or a newer packet of its kind was sent later but received earlier",
-    Refusal.NO_OUTPUT: "the board has no output for this spindle, its direction or ($91=0) this coolant",
+    Refusal.NO_OUTPUT: "the board has no output for this spindle, its direction or this coolant",
     Refusal.SILENT: "the host sent nothing for $77 ms while its stream was open, so it was lost",
 }
 
@@ -58,6 +58,6 @@ REMEDIES: dict[Refusal, str] = {
     Refusal.NOT_OUTPUT: "configure it as an output with a pin, config_save, and retry",
     Refusal.TOUCHES: "move away without the flag, then probe; without contact, check wiring and probe_invert",
     Refusal.OVERTAKEN: "the network delays or duplicates packets: retry if still required",
-    Refusal.NO_OUTPUT: "omit it; $91=1 accepts coolant codes without an output",
+    Refusal.NO_OUTPUT: "omit it",
     Refusal.SILENT: "query an open stream at least every 500 ms; open a new stream",
 }
