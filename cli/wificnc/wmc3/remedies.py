@@ -58,6 +58,6 @@ REMEDIES: dict[Refusal, str] = {
     Refusal.NOT_OUTPUT: "configure it as an output with a pin, config_save, and retry",
     Refusal.TOUCHES: "move away without the flag, then probe; without contact, check wiring and probe_invert",
     Refusal.OVERTAKEN: "the network delays or duplicates packets: retry if still required",
-    Refusal.NO_OUTPUT: "omit it",
+    Refusal.NO_OUTPUT: "omit it; wificnc boards show lists what the board has",
     Refusal.SILENT: "query an open stream at least every 500 ms; open a new stream",
 }
