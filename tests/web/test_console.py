@@ -402,7 +402,9 @@ def test_a_second_page_watches_and_takes_over(
 ) -> None:
     _, served = serve_page()
     context = watched()
-    first, second = context.page(served.url), context.page(served.url)
+    first = context.page(served.url)
+    expect(first.locator("[data-test=resume]")).to_be_enabled()  # it is connected, and in control
+    second = context.page(served.url)
     expect(second.get_by_text("View only")).to_be_visible()
     expect(second.locator("[data-test=resume]")).to_be_disabled()
     first.locator("[data-test='jog-X+']").click()

@@ -162,7 +162,9 @@ def test_a_controller_that_someone_else_has_reset_says_so(
 ) -> None:
     _, served = serve_page()
     context = watched()
-    first, second = context.page(served.url), context.page(served.url)
+    first = context.page(served.url)
+    expect(first.locator("[data-test=resume]")).to_be_enabled()  # it is connected, and in control
+    second = context.page(served.url)
     expect(second.get_by_text("View only")).to_be_visible()
     first.locator("[data-test=hold]").click()
     first.locator("[data-test=reset]").click()
