@@ -34,7 +34,8 @@ def test_motion_stops_in_a_job(grbl: Grbl) -> None:
 def test_at_rest_too(grbl: Grbl) -> None:
     watched(grbl)
     grbl.input("input-0", True)
-    assert grbl.after(LONG_S) + grbl.send("") == FAULT and "Pn:M" in grbl.status()
+    assert grbl.send("") == FAULT, "the 2 ms end by themselves: no line, byte or switch comes"
+    assert "Pn:M" in grbl.status()
 
 
 def test_noise_is_no_fault(grbl: Grbl) -> None:
@@ -84,6 +85,14 @@ def test_an_output_that_is_low_in_a_fault(grbl: Grbl) -> None:
     grbl.input("input-1", False)
     assert grbl.after(LONG_S) + grbl.send("") == FAULT
     assert grbl.send("\x18") == BANNER + CHECK.replace("P0", "P1") + LOCKED
+
+
+def test_asleep_it_is_told_after_the_reset(grbl: Grbl) -> None:
+    """Drivers without current may report anything, and nothing moves."""
+    watched(grbl).send("$SLP\n")
+    grbl.input("input-0", True)
+    assert grbl.after(LONG_S) + grbl.send("") == "" and grbl.state() == "Sleep"
+    assert grbl.send("\x18") == BANNER + CHECK + LOCKED
 
 
 def test_where_the_axes_are_is_not_known_after_it(grbl: Grbl) -> None:
