@@ -13,6 +13,7 @@
 #define END_MAX_US   600000u            /* of the stop at the end of what is planned, and segments of it */
 #define END_MAX      48u
 #define REST_NS      100000u
+#define FORGET_US    4000 /* a mark may have been passed for so long before it is looked for */
 
 static uint32_t now_us(const struct ahead *ahead) {
     return segment_queue_now_us(ahead->queue);
@@ -133,25 +134,25 @@ static uint32_t mark_ahead(const struct ahead *ahead, int32_t ahead_us) {
     return best < QUEUE_MARKS ? best : last;
 }
 
-/* Those that the step interrupt has passed; what only they needed is released. */
+/* Those that the step interrupt has passed; what only they needed is released. That of the committed part's
+ * end stays, and that of all that is published. */
 static void forget_passed(struct ahead *ahead) {
+    const uint32_t now = now_us(ahead);
     uint32_t oldest = ahead->commit;
     int32_t next_us = INT32_MAX;
     ahead->passed = true;
-    const uint32_t now = now_us(ahead);
     for (uint32_t left = ahead->used; left != 0;) {
         uint32_t place = take_place(&left), us = ahead->mark_us[place];
         int32_t left_us = (int32_t)(us - now);
-        bool stays = place == ahead->commit || us == ahead->end_us;
-        if (left_us < 0 && !stays) {
+        if (left_us < 0 && place != ahead->commit && us != ahead->end_us) {
             ahead->used &= ~bit(place);
-            continue;
-        }
-        if (!stays && left_us < next_us)
+        } else if (left_us >= 0 && left_us < next_us) {
             next_us = left_us;
-        if (from_mark_us(ahead, oldest, place) < 0)
             oldest = place;
+        }
     }
+    if (after_now_us(ahead, ahead->mark_us[ahead->commit]) < 0)
+        oldest = ahead->commit;
     ahead->next_us = now + (uint32_t)next_us;
     ahead->source->release(ahead->ctx, oldest);
 }
@@ -483,7 +484,7 @@ static bool is_crowded(const struct ahead *ahead) {
 bool ahead_has_enough(const struct ahead *ahead) {
     const uint32_t now = now_us(ahead);
     bool waits = ahead->changed || ahead->pending || ahead_is_making(ahead) || !ahead->passed;
-    return !waits && (int32_t)(ahead->next_us - now) >= 0 &&
+    return !waits && (int32_t)(ahead->next_us - now) >= -FORGET_US &&
            (int32_t)(ahead->mark_us[ahead->commit] - now) >= (int32_t)AHEAD_LEAST_US;
 }
 
@@ -496,7 +497,7 @@ bool ahead_poll(struct ahead *ahead) {
     if (ahead_is_making(ahead))
         return carry_on(ahead);
     /* After the answer: a batch that was refused has brought the marks before it back into force. */
-    if (!ahead->passed || after_now_us(ahead, ahead->next_us) < 0)
+    if (!ahead->passed || after_now_us(ahead, ahead->next_us) < -FORGET_US)
         forget_passed(ahead);
     int32_t left_us = ahead_left_us(ahead);
     if (left_us >= (int32_t)AHEAD_LEAST_US && !ahead->changed)
@@ -509,6 +510,8 @@ bool ahead_poll(struct ahead *ahead) {
         return answered;
     if (stops)
         note_late(ahead);
+    if (after_now_us(ahead, ahead->next_us) < 0) /* the batch needs places */
+        forget_passed(ahead);
     ahead->branch = stops || ahead->changed ? choose_branch(ahead) : ahead->commit;
     ahead->source->save(ahead->ctx, ahead->commit);
     if (ahead->branch != ahead->commit)
