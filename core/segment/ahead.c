@@ -3,7 +3,7 @@
 
 #include <stddef.h>
 
-#define MARK_US      4000u  /* between marks of committed motion */
+#define MARK_US      3600u  /* between marks of committed motion, or one segment more */
 #define STOP_MARK_US 20000u /* from the beginning of a stop to its first mark; the next ones twice as far */
 #define SPARE_MARKS  5u     /* places for the marks that must be, of this batch and the next one */
 #define COMMIT_MAX   80u    /* segments; the others are for the stop */
