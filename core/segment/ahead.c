@@ -13,7 +13,7 @@
 #define END_MAX_US   600000u            /* of the stop at the end of what is planned, and segments of it */
 #define END_MAX      48u
 #define REST_NS      100000u
-#define FORGET_US    4000 /* a mark may have been passed for so long before it is looked for */
+#define FORGET_US    4000 /* after a mark was passed it is looked for, at the latest */
 
 static uint32_t now_us(const struct ahead *ahead) {
     return segment_queue_now_us(ahead->queue);

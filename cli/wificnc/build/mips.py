@@ -62,9 +62,9 @@ class MipsCompiler:
         return ["-nostdinc", "-isystem", run.stdout.strip()]
 
 
-# -Os over all files together (LTO) fits the flash budget. Motion from a block to its spans is for speed, too. What interrupts are made of is for speed, and each of its
-# functions stays the one that tools/mips looks at; calls into the C library arise when all is optimised already.
-# Scheduled early, the step interrupt runs out of free registers.
+# -Os over all files together (LTO) fits the flash budget. Motion from a block to its spans is for speed. So is what
+# interrupts are made of, and each of its functions stays the one that tools/mips looks at; calls into the C
+# library arise when all is optimised already. Scheduled early, the step interrupt runs out of free registers.
 _GCC_MACHINE = ("-march=mips32r2", "-mhard-float", "-mfp64", "-EL", "-mno-abicalls", "-fno-pie")
 
 # nomadd4: clang would multiply and add by one instruction, which this chip does not have.
