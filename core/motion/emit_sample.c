@@ -53,9 +53,12 @@ static float highest_y(const struct emit *emit, float time_s) {
 }
 
 /* A sender that is no faster than the machine has motion in small portions: what is committed cannot speed up
- * any more. Where moves come faster than they are travelled the end is near only when all have come. */
+ * any more. Where moves come faster than they are travelled the end is near only when all have come. And a
+ * segment has room for so many changes of a laser's S, or their mean. */
 static bool takes_short(const struct emit *emit) {
     const struct plan *plan = emit->plan;
+    if (emit->beam.on)
+        return true;
     return emit->fed && !emit->flush && path_count(&plan->path) * FAR_PART < plan->timing.reach &&
            emit_nears_end(emit);
 }
@@ -121,7 +124,8 @@ float emit_travel_sample(struct emit *emit, const struct piece *piece) {
                 break;
             most_s = emit->plan->curve_s;
         }
-        most_s = min_f(most_s, stops ? stop_s(emit) : planned_s(emit, is_short));
+        if (!is_short)
+            most_s = min_f(most_s, stops ? stop_s(emit) : planned_s(emit, is_short));
     }
     return time_s;
 }

@@ -13,7 +13,6 @@
 #define END_MAX_US   600000u            /* of the stop at the end of what is planned, and segments of it */
 #define END_MAX      48u
 #define REST_NS      100000u
-#define FORGET_US    4000 /* after a mark was passed it is looked for, at the latest */
 
 static uint32_t now_us(const struct ahead *ahead) {
     return segment_queue_now_us(ahead->queue);
@@ -484,7 +483,7 @@ static bool is_crowded(const struct ahead *ahead) {
 bool ahead_has_enough(const struct ahead *ahead) {
     const uint32_t now = now_us(ahead);
     bool waits = ahead->changed || ahead->pending || ahead_is_making(ahead) || !ahead->passed;
-    return !waits && (int32_t)(ahead->next_us - now) >= -FORGET_US &&
+    return !waits && (int32_t)(ahead->next_us - now) >= 0 &&
            (int32_t)(ahead->mark_us[ahead->commit] - now) >= (int32_t)AHEAD_LEAST_US;
 }
 
@@ -497,7 +496,7 @@ bool ahead_poll(struct ahead *ahead) {
     if (ahead_is_making(ahead))
         return carry_on(ahead);
     /* After the answer: a batch that was refused has brought the marks before it back into force. */
-    if (!ahead->passed || after_now_us(ahead, ahead->next_us) < -FORGET_US)
+    if (!ahead->passed || after_now_us(ahead, ahead->next_us) < 0)
         forget_passed(ahead);
     int32_t left_us = ahead_left_us(ahead);
     if (left_us >= (int32_t)AHEAD_LEAST_US && !ahead->changed)
@@ -510,8 +509,6 @@ bool ahead_poll(struct ahead *ahead) {
         return answered;
     if (stops)
         note_late(ahead);
-    if (after_now_us(ahead, ahead->next_us) < 0) /* the batch needs places */
-        forget_passed(ahead);
     ahead->branch = stops || ahead->changed ? choose_branch(ahead) : ahead->commit;
     ahead->source->save(ahead->ctx, ahead->commit);
     if (ahead->branch != ahead->commit)
