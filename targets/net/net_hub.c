@@ -210,12 +210,13 @@ static bool is_take(const char *line, size_t size) {
     return size == TAKE_LENGTH && net_line_commands(line, size, take_line);
 }
 
-/* The owner's `$TAKE` is an empty line: like any line it is answered once, and it is true already. So is a
- * jog that was called off before its line was whole. */
-static void end_line(struct net_client *owner) {
+/* The owner's `$TAKE` is an empty line: like any line it is answered once, and it is true already. So are its
+ * `$RI=`, and a jog that was called off before its line was whole. */
+static void end_line(const struct net_hub *hub, struct net_client *owner) {
     size_t size = owner->in.count - owner->whole;
     const char *line = size == 0 ? "" : net_queue_head(&owner->in) + owner->whole;
-    if (is_take(line, size) || (owner->called_off && net_line_is_jog(line, size)))
+    if (is_take(line, size) || net_hub_take_interval(hub, owner, line, size) ||
+        (owner->called_off && net_line_is_jog(line, size)))
         net_queue_cut(&owner->in, owner->whole);
     owner->called_off = false;
 }
@@ -244,7 +245,7 @@ static void take_owners(struct net_hub *hub, struct net_client *client, char cha
         return;
     }
     if (line_ends) {
-        end_line(client);
+        end_line(hub, client);
         character = '\n';
     }
     if (add_owners(hub, client, &character, 1) && line_ends)
@@ -271,7 +272,8 @@ static void take_observers(struct net_hub *hub, struct net_client *client, char 
             put_realtime(hub, hub->owner, JOG_CANCEL);
         net_hub_set_owner(hub, client);
         take_owners(hub, client, '\n', true);
-    } else if (sound && net_hub_answer(hub, client, client->typed, size)) {
+    } else if (sound && (net_hub_answer_reports(hub, client, client->typed, size) ||
+                         net_hub_answer(hub, client, client->typed, size))) {
         return;
     } else if (empty) {
         net_hub_say(hub, client, "ok\r\n", 4);

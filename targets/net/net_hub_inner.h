@@ -56,7 +56,13 @@ bool net_hub_want_report(struct net_client *client, uint8_t byte);
 /** 0x8C: a client's automatic reports are off, or on as before. @return false: it is another byte */
 bool net_hub_toggle_reports(const struct net_hub *hub, struct net_client *client, uint8_t byte);
 
-/** `$RI=` of any client, locked ones, too. @return false: it is another line */
+/** `$RI=` of the owner: the hub sets it, and an empty line goes on, which is answered in its turn. One that
+ * is refused goes on as it is: the controller refuses it, too, in its turn.
+ * @return true: the interval is set; false: it is refused, or another line */
+bool net_hub_take_interval(const struct net_hub *hub, struct net_client *client, const char *line,
+                           size_t size);
+
+/** `$RI=` of a client whose lines do not go on, a locked one, too. @return false: it is another line */
 bool net_hub_answer_reports(struct net_hub *hub, struct net_client *client, const char *line, size_t size);
 
 /** A reset ends everyone's automatic reports. */
@@ -106,7 +112,7 @@ const char *net_hub_key_for(const struct net_hub *hub, const struct net_client *
 /** The access key, to who has a cable to the controller. */
 void net_hub_tell_key(struct net_hub *hub, struct net_client *client);
 
-/** A login of who is in, a line $TRUST= or $RI=, or $QR: answered immediately, also while the controller
+/** A login of who is in, a line $TRUST=, or $QR: answered immediately, also while the controller
  * reads no line.
  * @return false: it is another line */
 bool net_hub_answer(struct net_hub *hub, struct net_client *client, const char *line, size_t size);
