@@ -8,16 +8,27 @@
 /** Bits of $10. */
 enum { REPORT_MACHINE_POSITION = 1, REPORT_BUFFERS = 2, REPORT_LINES = 4 };
 
+/** Of a pendant by 0x8B; none has ever been there: reports do not speak of it. */
+enum mpg_control { MPG_NONE, MPG_WAITS, MPG_IN_CONTROL };
+
 /** What reports wait for. */
 struct machine_reports {
     uint8_t wco_wait;     /* reports until the field is due */
     uint8_t ov_wait;      /* reports until the field is due */
+    uint8_t mpg;          /* enum mpg_control */
+    bool mpg_due;         /* ... has changed */
     uint8_t coolant_told; /* COOLANT_ bits of which wiring_report_coolant() has spoken */
 };
 
 /** A job begins, or has ended: a coolant that the board lacks is reported again. */
 static inline void report_forget_coolant(struct machine_reports *reports) {
     reports->coolant_told = 0;
+}
+
+/** A pendant has control, or not any more: the next report says so. */
+static inline void report_changed_mpg(struct machine_reports *reports, bool on) {
+    reports->mpg = on ? MPG_IN_CONTROL : MPG_WAITS;
+    reports->mpg_due = true;
 }
 
 /** Grbl's greeting */

@@ -134,6 +134,15 @@ static void report_homed(struct machine *machine) {
         text_int(&machine->out, machine->trust.axes);
 }
 
+/* As grblHAL: after a change, and where all is asked for. */
+static void report_mpg(struct machine *machine, bool all) {
+    struct machine_reports *reports = &machine->reports;
+    if (reports->mpg == MPG_NONE || !(reports->mpg_due || all))
+        return;
+    reports->mpg_due = false;
+    text_string(&machine->out, reports->mpg == MPG_IN_CONTROL ? "|MPG:1" : "|MPG:0");
+}
+
 /* Work offset and overrides come now and then, and soon after a change; both in one report only when all is
  * asked for. */
 static void report_now_and_then(struct machine *machine, const double offset_mm[AXIS_COUNT], bool all) {
@@ -169,5 +178,6 @@ void status_report(struct machine *machine, bool all) {
     report_load(machine);
     report_pins(machine);
     report_now_and_then(machine, offset_mm, all);
+    report_mpg(machine, all);
     text_string(out, ">\r\n");
 }

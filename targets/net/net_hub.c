@@ -12,7 +12,6 @@
  */
 enum { READ_SIZE = 1024, READ_REFUSED = 128 };
 
-static const char nobody[] = "No client is in control: the first line takes control";
 static const char take_line[] = "$TAKE";
 
 enum { TAKE_LENGTH = sizeof take_line - 1 };
@@ -21,64 +20,6 @@ enum { LOGIN_LINE_MAX = sizeof "$LOGIN=" + 64 };
 void net_hub_init(struct net_hub *hub, const struct net_hub_sizes *sizes, const struct net_hub_ops *ops,
                   void *ctx) {
     *hub = (struct net_hub){.ops = ops, .ctx = ctx, .sizes = *sizes};
-}
-
-/* ---- messages to clients ---- */
-
-void net_hub_say(struct net_hub *hub, struct net_client *client, const char *bytes, size_t count) {
-    size_t most = client == hub->owner ? 2 * hub->sizes.out : hub->sizes.out;
-    if (!net_hub_is_open(client))
-        return;
-    if (client->out.count + count <= most && net_queue_add(&client->out, bytes, count))
-        return;
-    client->gone = true;
-    hub->ops->event(hub->ctx, "disconnected: it does not read", client->name);
-}
-
-void net_hub_say_message(struct net_hub *hub, struct net_client *client, const char *text) {
-    char line[NET_MESSAGE_SIZE + sizeof "[MSG:]\r\n"];
-    int size = snprintf(line, sizeof line, "[MSG:%s]\r\n", text);
-    net_hub_say(hub, client, line, (size_t)size);
-}
-
-void net_hub_tell(struct net_hub *hub, const char *text) {
-    for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
-        if (!client->locked)
-            net_hub_say_message(hub, client, text);
-}
-
-static void tell_observers(struct net_hub *hub, const char *text) {
-    for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
-        if (client != hub->owner && !client->locked)
-            net_hub_say_message(hub, client, text);
-}
-
-void net_hub_refuse(struct net_hub *hub, struct net_client *client, enum status status, const char *why) {
-    char line[sizeof "error:-2147483648\r\n"];
-    if (why != NULL)
-        net_hub_say_message(hub, client, why);
-    int size = snprintf(line, sizeof line, "error:%d\r\n", (int)status);
-    net_hub_say(hub, client, line, (size_t)size);
-}
-
-static void explain(struct net_hub *hub, struct net_client *observer) {
-    char text[NET_NAME_SIZE + 64];
-    if (hub->owner == NULL) {
-        net_hub_say_message(hub, observer, nobody);
-        return;
-    }
-    snprintf(text, sizeof text, "Observer: %s is in control, %s takes control", hub->owner->name, take_line);
-    net_hub_say_message(hub, observer, text);
-}
-
-/* Notices for a client that may take control from now on. */
-void net_hub_greet(struct net_hub *hub, struct net_client *client) {
-    char text[NET_MESSAGE_SIZE];
-    for (unsigned n = 0; hub->ops->notice != NULL && hub->ops->notice(hub->ctx, n, text, sizeof text); n++)
-        net_hub_say_message(hub, client, text);
-    net_hub_tell_key(hub, client);
-    if (hub->owner != NULL)
-        explain(hub, client);
 }
 
 /* ---- jogs that are called off ---- */
@@ -107,7 +48,7 @@ static void leave_lines(struct net_hub *hub, struct net_client *client) {
         !net_queue_add(&hub->left, net_queue_head(&client->in), client->whole))
         net_hub_tell(hub, "Queue full: lines of the previous owner discarded");
     else if (half)
-        tell_observers(hub, "Incomplete line discarded: the sender disconnected");
+        net_hub_tell_observers(hub, "Incomplete line discarded: the sender disconnected");
     client->skips |= half;
     client->in_long = client->called_off = false;
     client->whole = 0;
@@ -126,16 +67,16 @@ void net_hub_set_owner(struct net_hub *hub, struct net_client *client) {
     for (struct net_client *other = hub->client; other < hub->client + NET_CLIENTS; other++)
         other->hears_left = other != client;
     if (client == NULL) {
-        tell_observers(hub, nobody);
+        net_hub_tell_observers(hub, net_hub_nobody);
         return;
     }
     client->letters = 0;
     hub->sender = client;
     hub->ops->event(hub->ctx, "owner", client->name);
     snprintf(text, sizeof text, "%s commands", client->name);
-    tell_observers(hub, text);
+    net_hub_tell_observers(hub, text);
     if (before != NULL)
-        explain(hub, before);
+        net_hub_explain(hub, before);
 }
 
 /* ---- the end of a connection ---- */
@@ -170,23 +111,28 @@ static void look_after(struct net_client *client) {
 
 /* ---- real-time bytes ---- */
 
+void net_hub_drop_lines(struct net_client *client) {
+    net_queue_drop(&client->in, client->in.count);
+    client->whole = 0;
+    client->in_long = client->called_off = false;
+}
+
 /* A reset forgets every line on its way; what comes behind it is new. */
 static void net_hub_reset(struct net_hub *hub) {
     static const char reset = 0x18;
-    struct net_client *owner = hub->owner;
-    if (owner != NULL) {
-        net_queue_drop(&owner->in, owner->in.count);
-        owner->whole = 0;
-        owner->in_long = owner->called_off = false;
-    }
+    if (hub->owner != NULL)
+        net_hub_drop_lines(hub->owner);
+    net_hub_forget_pendants(hub);
     net_queue_drop(&hub->left, hub->left.count);
     hub->ops->put(hub->ctx, &reset, 1);
     hub->ops->act(hub->ctx);
     net_hub_hear(hub);
 }
 
-static void put_realtime(struct net_hub *hub, struct net_client *client, uint8_t byte) {
+void net_hub_put_realtime(struct net_hub *hub, struct net_client *client, uint8_t byte) {
     const char character = (char)byte;
+    if (byte == PARK && (hub->ops->reads == NULL || hub->ops->reads(hub->ctx) != MACHINE_READS_OPERATORS))
+        hub->inside_job = hub->inside;
     if (byte == RESET)
         net_hub_reset(hub);
     else if (byte == '?' && !net_hub_may_ask(hub))
@@ -201,7 +147,7 @@ static void put_realtime(struct net_hub *hub, struct net_client *client, uint8_t
 
 static void put_stop(struct net_hub *hub, struct net_client *client, uint8_t byte) {
     if (net_hub_may_stop(hub, client, byte))
-        put_realtime(hub, hub->owner != NULL ? hub->owner : client, byte);
+        net_hub_put_realtime(hub, hub->owner != NULL ? hub->owner : client, byte);
 }
 
 /* ---- bytes of the owner and of observers ---- */
@@ -210,12 +156,16 @@ static bool is_take(const char *line, size_t size) {
     return size == TAKE_LENGTH && net_line_commands(line, size, take_line);
 }
 
-/* The owner's `$TAKE` is an empty line: like any line it is answered once, and it is true already. So is a
- * jog that was called off before its line was whole. */
-static void end_line(struct net_client *owner) {
+/* The owner's `$TAKE` is an empty line: like any line it is answered once, and it is true already. So are its
+ * `$RI=`, and a jog that was called off before its line was whole. */
+void net_hub_end_line(struct net_hub *hub, struct net_client *owner) {
     size_t size = owner->in.count - owner->whole;
     const char *line = size == 0 ? "" : net_queue_head(&owner->in) + owner->whole;
-    if (is_take(line, size) || (owner->called_off && net_line_is_jog(line, size)))
+    const bool takes = is_take(line, size);
+    if (takes && owner == hub->owner)
+        net_hub_end_mpg(hub);
+    if (takes || net_hub_take_interval(hub, owner, line, size) ||
+        (owner->called_off && net_line_is_jog(line, size)))
         net_queue_cut(&owner->in, owner->whole);
     owner->called_off = false;
 }
@@ -244,7 +194,7 @@ static void take_owners(struct net_hub *hub, struct net_client *client, char cha
         return;
     }
     if (line_ends) {
-        end_line(client);
+        net_hub_end_line(hub, client);
         character = '\n';
     }
     if (add_owners(hub, client, &character, 1) && line_ends)
@@ -267,17 +217,19 @@ static void take_observers(struct net_hub *hub, struct net_client *client, char 
     client->letters = 0;
     client->skips = client->spoiled = false;
     if (takes) {
+        net_hub_end_mpg(hub);
         if (hub->owner != NULL) /* who holds its jog key down is not in control now */
-            put_realtime(hub, hub->owner, JOG_CANCEL);
+            net_hub_put_realtime(hub, hub->owner, JOG_CANCEL);
         net_hub_set_owner(hub, client);
         take_owners(hub, client, '\n', true);
-    } else if (sound && net_hub_answer(hub, client, client->typed, size)) {
+    } else if (sound && (net_hub_answer_reports(hub, client, client->typed, size) ||
+                         net_hub_answer(hub, client, client->typed, size))) {
         return;
     } else if (empty) {
         net_hub_say(hub, client, "ok\r\n", 4);
     } else {
         if (!client->explained)
-            explain(hub, client);
+            net_hub_explain(hub, client);
         client->explained = true;
         net_hub_refuse(hub, client, STATUS_OBSERVER, NULL);
     }
@@ -321,10 +273,14 @@ static void take_byte(struct net_hub *hub, struct net_client *client, uint8_t by
     const bool is_realtime = net_line_is_realtime(byte);
     if (!is_realtime && is_second_half(client, byte))
         return;
+    if (net_hub_is_pendant(client)) {
+        net_hub_take_pendant(hub, client, byte);
+        return;
+    }
     if (hub->owner == NULL && !mid_line)
         net_hub_set_owner(hub, client);
     if (is_realtime) {
-        (client == hub->owner ? put_realtime : put_stop)(hub, client, byte);
+        (client == hub->owner ? net_hub_put_realtime : put_stop)(hub, client, byte);
         return;
     }
     bool line_ends = byte == '\n' || byte == '\r';
@@ -432,6 +388,8 @@ bool net_hub_read(struct net_hub *hub, struct net_client *client) {
         spoiled = false;
         while ((count = client->stream.ops->read(&client->stream, bytes, size)) <= NET_LOST) {
             client->spoiled = spoiled = true;
+            if (net_hub_is_pendant(client))
+                net_hub_doubt_pendant(hub, client);
             if (count != NET_SPOILED)
                 hub->ops->lost(hub->ctx, count);
         }
@@ -458,8 +416,7 @@ static uint32_t lines_allowed(const struct net_hub *hub) {
     return taken >= hub->sizes.out ? 0 : (uint32_t)((hub->sizes.out - taken) / NET_ANSWER_MAX);
 }
 
-/* Give the first `count` bytes of the queue, line by line. @return bytes the controller took */
-static size_t feed_lines(struct net_hub *hub, struct net_queue *queue, size_t count) {
+size_t net_hub_feed_lines(struct net_hub *hub, struct net_queue *queue, size_t count) {
     const uint32_t allowed = lines_allowed(hub);
     size_t fed = 0;
     while (fed < count && hub->inside < allowed) {
@@ -479,7 +436,7 @@ static size_t feed_lines(struct net_hub *hub, struct net_queue *queue, size_t co
 
 static bool feed_left(struct net_hub *hub) {
     uint32_t before = hub->inside;
-    size_t fed = feed_lines(hub, &hub->left, hub->left.count);
+    size_t fed = net_hub_feed_lines(hub, &hub->left, hub->left.count);
     hub->inside_left += hub->inside - before;
     return fed > 0;
 }
@@ -487,7 +444,7 @@ static bool feed_left(struct net_hub *hub) {
 /* A line longer than the queue continues as it comes: the controller will refuse it. */
 static bool feed_owner(struct net_hub *hub, struct net_client *owner) {
     bool too_long = owner->whole == 0 && owner->in.count == hub->sizes.in;
-    size_t fed = feed_lines(hub, &owner->in, too_long ? owner->in.count : owner->whole);
+    size_t fed = net_hub_feed_lines(hub, &owner->in, too_long ? owner->in.count : owner->whole);
     if (fed == 0)
         return false;
     owner->in_long = too_long;
@@ -496,9 +453,12 @@ static bool feed_owner(struct net_hub *hub, struct net_client *owner) {
 }
 
 bool net_hub_feed(struct net_hub *hub) {
+    const bool pendants = net_hub_feed_pendants(hub);
+    if (net_hub_waits_for_pendant(hub))
+        return pendants;
     bool fed = hub->left.count > 0 ? feed_left(hub) : hub->owner != NULL && feed_owner(hub, hub->owner);
     hub->has_spoiled &= hub->left.count > 0 || (hub->owner != NULL && hub->owner->in.count > 0);
-    return fed;
+    return fed || pendants;
 }
 
 /* ---- the controller's output ---- */
@@ -511,10 +471,9 @@ static void forget_lines(struct net_hub *hub) {
     net_queue_drop(&hub->left, hub->left.count);
     if (owner != NULL) {
         owner->skips |= owner->in.count > owner->whole || owner->in_long;
-        net_queue_drop(&owner->in, owner->in.count);
-        owner->whole = 0;
-        owner->in_long = owner->called_off = false;
+        net_hub_drop_lines(owner);
     }
+    net_hub_forget_pendants(hub);
     net_hub_end_reports(hub);
     hub->inside = hub->inside_left = 0; /* what was inside is not answered any more */
     if (any)
@@ -524,7 +483,9 @@ static void forget_lines(struct net_hub *hub) {
 /* Count answers; those to former owners' lines do not go to clients that would take them for their own. */
 static void say_line(struct net_hub *hub, const char *line, size_t size) {
     bool answer = net_line_begins(line, size, "ok\r") || net_line_begins(line, size, "error:");
-    bool of_left = hub->inside_left > 0 && !net_line_is_news(line, size);
+    const bool is_news = net_line_is_news(line, size);
+    const bool of_hand = hub->inside_hand > 0 && !is_news;
+    bool of_left = hub->inside_left > 0 && !is_news && !of_hand;
     if (net_line_begins(line, size, "Grbl "))
         forget_lines(hub);
     hub->inside -= answer && hub->inside > 0;
@@ -532,8 +493,9 @@ static void say_line(struct net_hub *hub, const char *line, size_t size) {
     bool report = net_line_begins(line, size, "<");
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
         if (client->stream.ops != NULL && (report ? net_hub_gets_report(hub, client) : !client->locked) &&
-            (!of_left || client->hears_left))
+            (!of_left || client->hears_left) && net_hub_is_for(hub, client, is_news))
             net_hub_say(hub, client, line, size);
+    hub->inside_hand = (uint8_t)(hub->inside_hand - (answer && of_hand));
     if (report)
         net_hub_end_report(hub);
 }
@@ -561,7 +523,7 @@ void net_hub_hear(struct net_hub *hub) {
 /* ---- writing ---- */
 
 static void write_out(struct net_client *client) {
-    while (client->out.count > 0) {
+    while (client->out.count > 0 && !client->paused) {
         long took =
             client->stream.ops->write(&client->stream, net_queue_head(&client->out), client->out.count);
         if (took == NET_GONE)

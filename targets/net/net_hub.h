@@ -29,6 +29,9 @@
  * `$RI=ms` and 0x8C of a client, of a locked one, too, are its own: automatic reports go to the client that
  * has asked for them, while it reads. They end with the connection, and with a reset.
  *
+ * A pendant (net_hub_pendant.c) is a hand at the machine: it never owns, its real-time bytes act as the
+ * owner's, and its lines are read between those of the owner when nothing runs.
+ *
  * No client shuts others out: one that says nothing is disconnected after some seconds, and net_places.h
  * chooses who goes for a newcomer when all places are taken. A browser that was made to send a request to a
  * port of lines (net_opening.h) is refused before anything of it acts.
@@ -42,6 +45,7 @@
 
 #include "access/access.h"
 #include "hal/net_sizes.h" // NET_CLIENTS, of the target
+#include "machine/pendant.h"
 #include "machine/report_interval.h"
 #include "net_queue.h"
 #include "net_stream.h"
@@ -91,6 +95,12 @@ struct net_hub_ops {
     bool (*busy)(void *ctx);
     /** How often the start button was pressed with nothing to start; wraps. NULL: there is none */
     uint8_t (*presses)(void *ctx);
+    /** Whether a line of a pendant would be read now. NULL: there are no pendants */
+    enum machine_reads (*reads)(void *ctx);
+    /** A pendant is gone in its turn. As above */
+    void (*pendant_left)(void *ctx);
+    /** A pendant has control, or not any more: reports say so. As above */
+    void (*mpg)(void *ctx, bool on);
 };
 
 struct net_client {
@@ -121,7 +131,9 @@ struct net_client {
     struct report_interval reports; /* its automatic ones */
     uint32_t reported_us;           /* when the newest of these was due */
     bool braked;     /* an observer or locked client that has held the machine: it may reset it, too */
-    bool told;       /* ... and one that has not, that it may not */
+    bool told;       /* ... and one that has not, that it may not. A pendant: that its bytes are unreadable */
+    bool garbled;    /* a pendant's line has bytes that no line has */
+    bool paused;     /* a pendant has sent XOFF: it reads nothing before XON */
     bool explained;  /* has the reason why its lines are refused: once for all that came together */
     char typed[13];  /* by an observer, in its line: $TRUST=always is the longest that it may send; of a
                         locked client the number of its question */
@@ -136,6 +148,10 @@ struct net_hub {
     struct net_client client[NET_CLIENTS];
     struct net_client *owner;  /* NULL: no one */
     struct net_client *sender; /* it answers for what runs; NULL: no one does */
+    struct net_client *hand;   /* the pendant whose turn it is: lines of others wait; NULL: no one's */
+    bool mpg;                  /* ... by 0x8B, until it gives control back: lines of others are refused */
+    uint8_t inside_hand;       /* of `inside`, the pendant's, which are answered first */
+    uint32_t inside_job;       /* of `inside`, a parked job's, which are answered after the operator's */
     uint64_t owner_peer;   /* address of the owner or of the last one, whom a place is kept for; 0: none */
     uint32_t now_us;       /* of the last net_hub_tick() */
     struct net_queue left; /* whole lines of former owners that the controller has not got yet */

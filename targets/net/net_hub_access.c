@@ -322,8 +322,6 @@ bool net_hub_answer(struct net_hub *hub, struct net_client *client, const char *
     if (size == 0 || line[0] != '$')
         return false;
     bool trusts = is_trust(line, size);
-    if (net_hub_answer_reports(hub, client, line, size))
-        return true;
     if (!trusts && !net_hub_is_login(line, size) && !is_question(line, size))
         return net_hub_answer_qr(hub, client, line, size);
     bool done = !trusts || take_trust(hub, client, line, size);

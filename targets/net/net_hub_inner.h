@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
- * What the hub's files share: net_hub.c has lines and owners, net_hub_reports.c reports, net_hub_places.c
- * connections, net_hub_access.c who is let in, net_hub_qr.c the code of $QR. */
+ * What the hub's files share: net_hub.c has lines and owners, net_hub_say.c messages, net_hub_reports.c
+ * reports, net_hub_places.c connections, net_hub_access.c who is let in, net_hub_pendant.c pendants,
+ * net_hub_qr.c the code of $QR. */
 #ifndef WIFICNC_NET_HUB_INNER_H
 #define WIFICNC_NET_HUB_INNER_H
 
@@ -11,13 +12,15 @@
 extern const char net_hub_locked_out[];
 
 /** Real-time bytes that stop the machine, besides `!`. */
-enum { RESET = 0x18, DOOR = 0x84, JOG_CANCEL = 0x85, FULL_STATUS = 0x87 };
+enum { RESET = 0x18, DOOR = 0x84, JOG_CANCEL = 0x85, FULL_STATUS = 0x87, MPG_TOGGLE = 0x8B, PARK = 0xA3 };
 
 static inline bool net_hub_is_open(const struct net_client *client) {
     return client->stream.ops != NULL && !client->gone;
 }
 
-/* ---- net_hub.c ---- */
+/* ---- net_hub_say.c ---- */
+
+extern const char net_hub_nobody[];
 
 /** An observer that does not read is disconnected; so is an owner, but much later. */
 void net_hub_say(struct net_hub *hub, struct net_client *client, const char *bytes, size_t count);
@@ -31,11 +34,31 @@ void net_hub_refuse(struct net_hub *hub, struct net_client *client, enum status 
 /** Notices for a client that may take control from now on. */
 void net_hub_greet(struct net_hub *hub, struct net_client *client);
 
+/** [MSG:text] to all but the owner. */
+void net_hub_tell_observers(struct net_hub *hub, const char *text);
+
+/** Who is in control. */
+void net_hub_explain(struct net_hub *hub, struct net_client *observer);
+
+/* ---- net_hub.c ---- */
+
 /** @param client  NULL: no one */
 void net_hub_set_owner(struct net_hub *hub, struct net_client *client);
 
 /** Jogs that wait must not run any more. */
 void net_hub_call_off_jogs(struct net_client *client);
+
+/** A real-time byte of who may command. */
+void net_hub_put_realtime(struct net_hub *hub, struct net_client *client, uint8_t byte);
+
+/** A line has ended, before its LF is added: $TAKE, $RI= and a jog that was called off become empty lines. */
+void net_hub_end_line(struct net_hub *hub, struct net_client *client);
+
+/** Lines of a client that wait are forgotten. */
+void net_hub_drop_lines(struct net_client *client);
+
+/** Give the first `count` bytes of the queue to the controller, line by line. @return bytes that it took */
+size_t net_hub_feed_lines(struct net_hub *hub, struct net_queue *queue, size_t count);
 
 /** Hubs whose clients from elsewhere are locked out until they are known. */
 static inline bool net_hub_locks(const struct net_hub *hub) {
@@ -56,7 +79,13 @@ bool net_hub_want_report(struct net_client *client, uint8_t byte);
 /** 0x8C: a client's automatic reports are off, or on as before. @return false: it is another byte */
 bool net_hub_toggle_reports(const struct net_hub *hub, struct net_client *client, uint8_t byte);
 
-/** `$RI=` of any client, locked ones, too. @return false: it is another line */
+/** `$RI=` of the owner: the hub sets it, and an empty line is fed, which is answered in its turn. One that
+ * is refused is fed as it is: the controller refuses it, too, in its turn.
+ * @return true: the interval is set; false: it is refused, or another line */
+bool net_hub_take_interval(const struct net_hub *hub, struct net_client *client, const char *line,
+                           size_t size);
+
+/** `$RI=` of a client whose lines are not fed, a locked one, too. @return false: it is another line */
 bool net_hub_answer_reports(struct net_hub *hub, struct net_client *client, const char *line, size_t size);
 
 /** A reset ends everyone's automatic reports. */
@@ -106,10 +135,40 @@ const char *net_hub_key_for(const struct net_hub *hub, const struct net_client *
 /** The access key, to who has a cable to the controller. */
 void net_hub_tell_key(struct net_hub *hub, struct net_client *client);
 
-/** A login of who is in, a line $TRUST= or $RI=, or $QR: answered immediately, also while the controller
+/** A login of who is in, a line $TRUST=, or $QR: answered immediately, also while the controller
  * reads no line.
  * @return false: it is another line */
 bool net_hub_answer(struct net_hub *hub, struct net_client *client, const char *line, size_t size);
+
+/* ---- net_hub_pendant.c ---- */
+
+static inline bool net_hub_is_pendant(const struct net_client *client) {
+    return client->stream.pendant != NET_PENDANT_NONE;
+}
+
+/** A byte of a pendant, other than a request for a report. */
+void net_hub_take_pendant(struct net_hub *hub, struct net_client *client, uint8_t byte);
+
+/** Bytes of a pendant were lost or damaged: its jog ends, as no one knows what it has said. */
+void net_hub_doubt_pendant(struct net_hub *hub, struct net_client *client);
+
+/** Pendants' lines: they are fed, refused, or wait. @return true: something was fed or refused */
+bool net_hub_feed_pendants(struct net_hub *hub);
+
+/** Lines of owners wait for a pendant. */
+bool net_hub_waits_for_pendant(const struct net_hub *hub);
+
+/** Its connection has ended: what it moves stops. */
+void net_hub_lose_pendant(struct net_hub *hub, struct net_client *client);
+
+/** Control by 0x8B is taken from it. */
+void net_hub_end_mpg(struct net_hub *hub);
+
+/** The controller has forgotten all lines. */
+void net_hub_forget_pendants(struct net_hub *hub);
+
+/** This line of the controller is for the client, as far as pendants decide that. */
+bool net_hub_is_for(const struct net_hub *hub, const struct net_client *client, bool is_news);
 
 /* ---- net_hub_qr.c ---- */
 

@@ -69,6 +69,8 @@ void net_hub_remove_client(struct net_hub *hub, struct net_client *client) {
     }
     if (client == hub->sender)
         lose_sender(hub);
+    if (net_hub_is_pendant(client))
+        net_hub_lose_pendant(hub, client);
     struct net_client removed = *client;
     net_queue_free(&client->in);
     net_queue_free(&client->out);

@@ -8,6 +8,8 @@ enum { AUTO_REPORT = 0x8C, US_PER_MS = 1000 };
 /* Automatic reports wait for a client that has so many bytes to read. */
 enum { UNREAD_MAX = 2 * NET_LINE_SIZE };
 
+enum { INTERVAL_TEXT_SIZE = 12 }; /* $RI=60000, and some more */
+
 static const char interval_line[] = "$RI=";
 
 bool net_hub_may_ask(const struct net_hub *hub) {
@@ -24,19 +26,37 @@ bool net_hub_toggle_reports(const struct net_hub *hub, struct net_client *client
     return true;
 }
 
-/* The line as the controller would read it: without blanks, in letters of any case. One that does not fit is
- * no number. */
-bool net_hub_answer_reports(struct net_hub *hub, struct net_client *client, const char *line, size_t size) {
-    char text[12];
+/* The line as the controller would read it: without blanks and control characters, in letters of any case.
+ * One that does not fit is no number. @return what follows `$RI=`; NULL: it is another line */
+static const char *interval_text(const char *line, size_t size, char text[INTERVAL_TEXT_SIZE]) {
     size_t count = 0;
-    for (size_t i = 0; i < size && count < sizeof text - 1; i++)
+    for (size_t i = 0; i < size && count < INTERVAL_TEXT_SIZE - 1; i++)
         if ((uint8_t)line[i] > ' ')
             text[count++] = (char)net_line_upper(line[i]);
     text[count] = '\0';
-    if (!net_line_begins(text, count, interval_line))
+    return net_line_begins(text, count, interval_line) ? text + sizeof interval_line - 1 : NULL;
+}
+
+static enum status set_interval(const struct net_hub *hub, struct net_client *client, const char *text) {
+    const enum status status = report_interval_set(&client->reports, text);
+    if (status == STATUS_OK)
+        client->reported_us = hub->now_us;
+    return status;
+}
+
+bool net_hub_take_interval(const struct net_hub *hub, struct net_client *client, const char *line,
+                           size_t size) {
+    char text[INTERVAL_TEXT_SIZE];
+    const char *interval = interval_text(line, size, text);
+    return interval != NULL && set_interval(hub, client, interval) == STATUS_OK;
+}
+
+bool net_hub_answer_reports(struct net_hub *hub, struct net_client *client, const char *line, size_t size) {
+    char text[INTERVAL_TEXT_SIZE];
+    const char *interval = interval_text(line, size, text);
+    if (interval == NULL)
         return false;
-    const enum status status = report_interval_set(&client->reports, text + sizeof interval_line - 1);
-    client->reported_us = hub->now_us;
+    const enum status status = set_interval(hub, client, interval);
     if (status == STATUS_OK)
         net_hub_say(hub, client, "ok\r\n", 4);
     else

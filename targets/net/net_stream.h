@@ -15,6 +15,13 @@ enum { NET_GONE = -1, NET_ENDED = -2 };
  * already. */
 enum { NET_LOST = -3, NET_UNFRAMED = -4, NET_SPOILED = -5 };
 
+/** A pendant at a port of its own (net_hub_pendant.c). */
+enum net_pendant {
+    NET_PENDANT_NONE,
+    NET_PENDANT_TERMINAL, /* its lines are read whenever the machine is free */
+    NET_PENDANT_MPG       /* ... after it has taken control by 0x8B */
+};
+
 struct net_stream;
 
 struct net_stream_ops {
@@ -32,6 +39,7 @@ struct net_stream {
     int fd;                           /* for poll() */
     uint64_t peer;                    /* tells addresses apart (base/lockout.h); 0: of no network */
     bool local;                       /* a wire or a file of this machine: needs no key */
+    uint8_t pendant;                  /* enum net_pendant */
     bool telnet;                      /* the other end may speak telnet: IAC sequences are negotiation */
 };
 

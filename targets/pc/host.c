@@ -525,6 +525,19 @@ bool host_is_busy(const struct host *host) {
     return host->machine.task.stage != TASK_NONE || !machine_is_at_rest(&host->machine);
 }
 
+enum machine_reads host_reads(const struct host *host) {
+    return machine_reads(&host->machine);
+}
+
+void host_pendant_lost(struct host *host) {
+    machine_pendant_lost(&host->machine);
+    tasks_wake(&host->tasks, host->hal.step.now_ticks);
+}
+
+void host_set_mpg(struct host *host, bool on) {
+    machine_set_mpg(&host->machine, on);
+}
+
 const struct machine *host_machine(const struct host *host) {
     return &host->machine;
 }

@@ -10,6 +10,7 @@
 
 #include "base/axis.h"
 #include "device/device.h"
+#include "machine/pendant.h"
 #include "trace.h"
 
 #include <stdbool.h>
@@ -147,6 +148,11 @@ bool host_notice(const struct host *host, unsigned number, char *text, size_t si
 
 /** A line or motion is under way. */
 bool host_is_busy(const struct host *host);
+
+/** For a pendant next to the sender: machine/pendant.h. */
+enum machine_reads host_reads(const struct host *host);
+void host_pendant_lost(struct host *host);
+void host_set_mpg(struct host *host, bool on);
 
 /** Virtual time, ticks of the board's timer from power-on. */
 uint64_t host_time_ticks(const struct host *host);

@@ -3,14 +3,17 @@
  * lines of tab-separated words on stdout:
  *
  *   tcp ADDRESS | wmc3 ADDRESS | control ADDRESS | pty DEVICE   a door is open
+ *   pendant ADDRESS or DEVICE          so is a pendant's
  *   ready                              it serves
  *   client WHAT NAME                   a client was connected, became owner, ...
  *   failed STAGE ERROR TEXT            it cannot; exit code 1
  *
  * Options, each with a value but --io-module: --timer-hz --step-pulse-ns --dir-setup-ns --max-step-rate-hz
  * --axes --ganged --switchless --home-axes --missing-outputs --speed (0: as fast as it can) --host --port
- * --wmc3 --control --pty --spindle-bus --bus-port --store --set; and --parent: end when stdin does. The
- * access key of network clients is in WIFICNC_KEY, because arguments can be read by everyone. */
+ * --wmc3 --control --pty --spindle-bus --bus-port --store --set, of a
+ * pendant --pendant-serial --pendant-pty --pendant-tcp --pendant-baud --pendant-kind; and --parent: end when
+ * stdin does. The access key of network clients is in WIFICNC_KEY, because arguments can be read by everyone.
+ */
 #include "host_device.h"
 #include "port.h"
 #include "serve.h"
@@ -51,11 +54,11 @@ static void say_client(void *ctx, const char *what, const char *who) {
 }
 
 static int say_failure(const struct serve_failure *failure) {
-    static const char *const stages[] = {[SERVE_MEMORY] = "memory",   [SERVE_BOARD] = "board",
-                                         [SERVE_STORE] = "store",     [SERVE_SETTING] = "setting",
-                                         [SERVE_HANDS] = "hands",     [SERVE_TCP] = "tcp",
-                                         [SERVE_CONTROL] = "control", [SERVE_PTY] = "pty",
-                                         [SERVE_WIRE] = "wmc3",       [SERVE_BUS] = "bus"};
+    static const char *const stages[] = {
+        [SERVE_MEMORY] = "memory",   [SERVE_BOARD] = "board",    [SERVE_STORE] = "store",
+        [SERVE_SETTING] = "setting", [SERVE_HANDS] = "hands",    [SERVE_TCP] = "tcp",
+        [SERVE_CONTROL] = "control", [SERVE_PTY] = "pty",        [SERVE_WIRE] = "wmc3",
+        [SERVE_BUS] = "bus",         [SERVE_PENDANT] = "pendant"};
     const char *text = failure->detail != NULL ? failure->detail : port_error_text(failure->error);
     say("failed\t%s\t%d\t%s\n", stages[failure->stage], failure->error, text);
     return 1;
@@ -172,6 +175,22 @@ static bool add_line(const char **lines, const char *line) {
     return count < LINES_MAX;
 }
 
+static bool take_pendant(struct serve_pendant_options *pendant, const char *name, const char *value) {
+    if (strcmp(name, "--pendant-serial") == 0)
+        pendant->serial = value;
+    else if (strcmp(name, "--pendant-pty") == 0)
+        pendant->pty_link = value;
+    else if (strcmp(name, "--pendant-tcp") == 0)
+        pendant->tcp_port = value;
+    else if (strcmp(name, "--pendant-baud") == 0)
+        return read_number(value, &pendant->baud);
+    else if (strcmp(name, "--pendant-kind") == 0)
+        pendant->kind = strcmp(value, "mpg") == 0 ? NET_PENDANT_MPG : NET_PENDANT_TERMINAL;
+    else
+        return false;
+    return true;
+}
+
 static bool take_option(struct serve_options *options, struct lines *lines, const char *name,
                         const char *value) {
     char *end;
@@ -187,6 +206,8 @@ static bool take_option(struct serve_options *options, struct lines *lines, cons
         options->pty_link = value;
     } else if (strcmp(name, "--bus-port") == 0) {
         options->spindle_bus = value;
+    } else if (strncmp(name, "--pendant", 9) == 0) {
+        return take_pendant(&options->pendant, name, value);
     } else if (strcmp(name, "--store") == 0) {
         options->store = value;
     } else if (strcmp(name, "--speed") == 0) {

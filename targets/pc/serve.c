@@ -72,6 +72,7 @@ struct serve {
     int bus; /* serial port of the spindle's drive; -1: none */
     bool has_pty;
     struct net_pty pty;
+    struct serve_pendant pendant;
     uint64_t asked_ns; /* when observers' requests were last passed on */
     uint64_t full_ns;  /* since when all places are taken; 0: they are not */
     uint64_t fed_ns;   /* when the controller last got a line */
@@ -120,6 +121,22 @@ static bool busy(void *ctx) {
 static uint8_t presses(void *ctx) {
     const struct serve *serve = ctx;
     return guard_idle_starts(host_machine(serve->host));
+}
+
+/* cppcheck-suppress constParameterCallback ; the type of the entry is fixed */
+static enum machine_reads reads(void *ctx) {
+    const struct serve *serve = ctx;
+    return host_reads(serve->host);
+}
+
+static void pendant_left(void *ctx) {
+    struct serve *serve = ctx;
+    host_pendant_lost(serve->host);
+}
+
+static void mpg(void *ctx, bool on) {
+    struct serve *serve = ctx;
+    host_set_mpg(serve->host, on);
 }
 
 static void event(void *ctx, const char *what, const char *who) {
@@ -217,6 +234,19 @@ static bool open_bus(struct serve *serve, const char *path, struct serve_failure
     return host_bus_use(serve->host, &line, serve->bus);
 }
 
+static bool open_pendant(struct serve *serve, const struct serve_pendant_options *options,
+                         struct serve_failure *failure) {
+    char where[NET_PTY_NAME_SIZE];
+    if (options->serial == NULL && options->pty_link == NULL && options->tcp_port == NULL)
+        return true;
+    failure->stage = SERVE_PENDANT;
+    failure->error = serve_pendant_open(&serve->pendant, options, where, &failure->detail);
+    if (failure->error != 0)
+        return false;
+    serve->events.listens(serve->events.ctx, "pendant", where);
+    return true;
+}
+
 static bool claim_store(struct serve *serve, const char *path, struct serve_failure *failure) {
     if (path == NULL)
         return true;
@@ -299,7 +329,10 @@ struct serve *serve_create(const struct serve_options *options, struct serve_fai
                                            .left = left,
                                            .notice = notice,
                                            .busy = busy,
-                                           .presses = presses};
+                                           .presses = presses,
+                                           .reads = reads,
+                                           .pendant_left = pendant_left,
+                                           .mpg = mpg};
     /* Real-time bytes act when they are read: room for what a sender pours without counting. */
     static const struct net_hub_sizes sizes = {
         .clients = NET_CLIENTS, .in = 16 << 20, .out = 256 * 1024, .left = 32 << 20};
@@ -310,6 +343,7 @@ struct serve *serve_create(const struct serve_options *options, struct serve_fai
     serve->events = options->events;
     serve->full_speed = !(options->speed > 0.0);
     memcpy(serve->stop_fd, options->stop_fd, sizeof serve->stop_fd);
+    serve_pendant_init(&serve->pendant);
     serve->listener = serve->control.listener = serve->claim = serve->bus = -1;
     net_hub_init(&serve->hub, &sizes, &ops, serve);
     serve->store = options->store;
@@ -322,6 +356,7 @@ struct serve *serve_create(const struct serve_options *options, struct serve_fai
         serve->host = make_host(serve, options, failure);
     }
     if (serve->host == NULL || !open_bus(serve, options->spindle_bus, failure) ||
+        !open_pendant(serve, &options->pendant, failure) ||
         !use_hands(serve->host, options->hands, failure) || !open_doors(serve, options, failure)) {
         serve_destroy(serve);
         return NULL;
@@ -339,11 +374,13 @@ void serve_destroy(struct serve *serve) {
         /* The name first, so that no one opens a pty that is about to end; the pty itself when the hub has
          * let go of it. */
         net_pty_unlink(&serve->pty);
+    serve_pendant_refuse(&serve->pendant);
     serve_control_close(&serve->control);
     serve_wire_close(&serve->wire);
     net_hub_close(&serve->hub);
     if (serve->has_pty)
         net_pty_close(&serve->pty);
+    serve_pendant_close(&serve->pendant);
     host_destroy(serve->host);
     if (serve->bus >= 0)
         serve_serial_close(serve->bus);
@@ -461,6 +498,7 @@ static void accept_all(struct serve *serve) {
     }
     if (serve->has_pty && net_pty_opened(&serve->pty, &stream))
         net_hub_connect(&serve->hub, &stream, "pty");
+    serve_pendant_accept(&serve->pendant, &serve->hub, clock_us());
 }
 
 static void read_clients(struct serve *serve) {

@@ -7,10 +7,12 @@
 #define WIFICNC_PC_SERVE_H
 
 #include "host.h"
+#include "serve_pendant.h"
 
 /** What the server tells its surroundings. All strings are gone when the call returns. */
 struct serve_events {
-    /** The controller can be reached: kind "tcp", "wmc3" or "control", its address; or "pty", its device. */
+    /** The controller can be reached: kind "tcp", "wmc3" or "control", its address; "pty", its device;
+     * "pendant", either. */
     void (*listens)(void *ctx, const char *kind, const char *where);
     /** A client was "connected", became "owner", "disconnected", ... */
     void (*client)(void *ctx, const char *what, const char *who);
@@ -33,8 +35,9 @@ struct serve_options {
     const char *const *settings; /* lines like $110=5000, NULL-terminated; or NULL */
     const char
         *spindle_bus; /* serial port of a spindle drive; NULL: the virtual machine has one. Needs speed 1 */
-    const char *const *hands; /* lines of hands.h after the settings, NULL-terminated; or NULL */
-    int stop_fd[2];           /* readable, or at its end: stop; -1: none */
+    struct serve_pendant_options pendant; /* all NULL: no port for a pendant */
+    const char *const *hands;             /* lines of hands.h after the settings, NULL-terminated; or NULL */
+    int stop_fd[2];                       /* readable, or at its end: stop; -1: none */
     struct serve_events events;
 };
 
@@ -49,7 +52,8 @@ enum serve_stage {
     SERVE_CONTROL,
     SERVE_PTY,
     SERVE_WIRE,
-    SERVE_BUS
+    SERVE_BUS,
+    SERVE_PENDANT
 };
 
 struct serve_failure {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * A serial port of this computer as a bus: an RS-485 adapter, or a pty of a program that plays one. One
- * implementation for each system: serve_serial_posix.c, serve_serial_windows.c. */
+ * A serial port of this computer, for a bus or a pendant: an adapter, or a pty of a program that plays one.
+ * One implementation for each system: serve_serial_posix.c, serve_serial_windows.c. */
 #ifndef WIFICNC_PC_SERVE_SERIAL_H
 #define WIFICNC_PC_SERVE_SERIAL_H
 
@@ -26,5 +26,9 @@ void serve_serial_write(int port, const uint8_t *bytes, size_t count);
 
 /** @return bytes that have come, without waiting */
 size_t serve_serial_read(int port, uint8_t *bytes, size_t size);
+
+/** As a stream of its own, without waiting. @return bytes; -1: the port is gone */
+long serve_serial_take(int port, char *bytes, size_t size);
+long serve_serial_give(int port, const char *bytes, size_t count);
 
 #endif

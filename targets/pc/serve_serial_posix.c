@@ -34,8 +34,13 @@ static speed_t speed_of(uint32_t baud) {
     static const struct {
         uint32_t baud;
         speed_t speed;
-    } speeds[] = {{2400, B2400},   {4800, B4800},   {9600, B9600},
-                  {19200, B19200}, {38400, B38400}, {115200, B115200}};
+    } speeds[] = {
+        {2400, B2400},       {4800, B4800},   {9600, B9600},
+        {19200, B19200},     {38400, B38400}, {115200, B115200},
+#ifdef B1000000
+        {1000000, B1000000},
+#endif
+    };
     for (size_t i = 0; i < sizeof speeds / sizeof speeds[0]; i++)
         if (speeds[i].baud == baud)
             return speeds[i].speed;
@@ -69,4 +74,18 @@ void serve_serial_write(int port, const uint8_t *bytes, size_t count) {
 size_t serve_serial_read(int port, uint8_t *bytes, size_t size) {
     const ssize_t count = read(port, bytes, size);
     return count > 0 ? (size_t)count : 0;
+}
+
+static long result_of(ssize_t count) {
+    if (count > 0)
+        return (long)count;
+    return count < 0 && errno != EAGAIN && errno != EINTR ? -1 : 0;
+}
+
+long serve_serial_take(int port, char *bytes, size_t size) {
+    return result_of(read(port, bytes, size));
+}
+
+long serve_serial_give(int port, const char *bytes, size_t count) {
+    return result_of(write(port, bytes, count));
 }

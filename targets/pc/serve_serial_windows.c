@@ -4,7 +4,7 @@
 #include <errno.h>
 
 const int serve_serial_bad_format = EINVAL;
-const char *const serve_serial_missing = "not on Windows: use Linux or macOS for --spindle-bus";
+const char *const serve_serial_missing = "not on Windows: serial ports need Linux or macOS";
 
 int serve_serial_open(const char *path, int *error) {
     (void)path;
@@ -34,4 +34,18 @@ size_t serve_serial_read(int port, uint8_t *bytes, size_t size) {
     (void)bytes;
     (void)size;
     return 0;
+}
+
+long serve_serial_take(int port, char *bytes, size_t size) {
+    (void)port;
+    (void)bytes;
+    (void)size;
+    return -1;
+}
+
+long serve_serial_give(int port, const char *bytes, size_t count) {
+    (void)port;
+    (void)bytes;
+    (void)count;
+    return -1;
 }

@@ -14,7 +14,7 @@ enum { HUB_WIRES = 256 };
 struct wire {
     char in[512], out[4096];
     size_t in_count, out_count;
-    bool closed;
+    bool closed, damaged;
 };
 
 static struct access the_gate;
@@ -27,6 +27,10 @@ static const struct wire *stuck; /* takes no bytes */
 
 static long wire_read(const struct net_stream *stream, char *bytes, size_t size) {
     struct wire *wire = stream->ctx;
+    if (wire->damaged) {
+        wire->damaged = false;
+        return NET_UNFRAMED;
+    }
     size_t count = wire->in_count < size ? wire->in_count : size;
     memcpy(bytes, wire->in, count);
     memmove(wire->in, wire->in + count, wire->in_count -= count);
@@ -40,6 +44,11 @@ static long wire_write(const struct net_stream *stream, const char *bytes, size_
     memcpy(wire->out + wire->out_count, bytes, count);
     wire->out[wire->out_count += count] = '\0';
     return (long)count;
+}
+
+static void count_lost(void *ctx, long what) {
+    (void)ctx;
+    (void)what;
 }
 
 static void wire_close(const struct net_stream *stream) {
@@ -80,6 +89,26 @@ static void left(void *ctx, bool lines_wait) {
     waited = lines_wait;
 }
 
+static enum machine_reads now_reads;
+static bool shows_mpg;
+
+static enum machine_reads reads(void *ctx) {
+    (void)ctx;
+    return now_reads;
+}
+
+static unsigned pendants_left;
+
+static void pendant_left(void *ctx) {
+    (void)ctx;
+    pendants_left++;
+}
+
+static void show_mpg(void *ctx, bool on) {
+    (void)ctx;
+    shows_mpg = on;
+}
+
 static uint8_t pressed;
 
 static uint8_t presses(void *ctx) {
@@ -97,14 +126,23 @@ static struct wire wires[HUB_WIRES];
 
 /* @param clients  places of the hub */
 static inline void start_hub(const char *key, size_t clients) {
-    static const struct net_hub_ops ops = {
-        .put = put, .hear = hear, .act = act, .event = event, .left = left, .presses = presses};
+    static const struct net_hub_ops ops = {.put = put,
+                                           .lost = count_lost,
+                                           .hear = hear,
+                                           .act = act,
+                                           .event = event,
+                                           .left = left,
+                                           .presses = presses,
+                                           .reads = reads,
+                                           .pendant_left = pendant_left,
+                                           .mpg = show_mpg};
     const struct net_hub_sizes sizes = {.clients = clients, .in = 2048, .out = 16384, .left = 2048};
     net_hub_close(&hub);
     begin(&the_gate, key);
     memset(wires, 0, sizeof wires);
-    got_count = owners_left = 0;
-    full = waited = false;
+    got_count = owners_left = pendants_left = 0;
+    full = waited = shows_mpg = false;
+    now_reads = MACHINE_READS_LINES;
     got[0] = '\0';
     clock_us = pressed = 0;
     stuck = NULL;

@@ -25,6 +25,15 @@ static void pass_ms(unsigned ms) {
     }
 }
 
+/* The controller answers all lines that it has. */
+static void answer_all(void) {
+    while (hub.inside > 0) {
+        strcpy(says, "ok\r\n");
+        round_trip();
+    }
+    got_count = 0;
+}
+
 static unsigned reports_at(unsigned n) {
     unsigned count = 0;
     for (const char *at = wires[n].out; (at = strstr(at, "<Idle>")) != NULL; at++)
@@ -46,10 +55,9 @@ static void begin_with(const char *key) {
 static void each_client_has_its_own_interval(void) {
     begin_with("");
     send(OWNER, "$RI=100\n");
-    CHECK(strcmp(wires[OWNER].out, "ok\r\n") == 0);
     send(WATCHER, "$ri = 500\r\n");
     CHECK(strcmp(wires[WATCHER].out, "ok\r\n") == 0);
-    CHECK(got_count == 0); /* the controller learns nothing of it */
+    CHECK(strcmp(got, "\n") == 0); /* the controller learns nothing of it, and answers the owner's */
     pass_ms(2000);
     CHECK(reports_at(OWNER) == 20);
     CHECK(reports_at(WATCHER) == 4);
@@ -72,18 +80,39 @@ static void a_request_is_answered_to_all_as_ever(void) {
     CHECK(got_count == 1 && (uint8_t)got[0] == 0x87); /* an observer's full report is a full one */
 }
 
+/* The answers of a sender that counts them would change places else. */
+static void the_owners_is_answered_in_its_turn(void) {
+    begin_with("");
+    answer_all();
+    full = true;
+    send(OWNER, "G1X2\n\x11 $ri=100\nG1X3\n$RI=20\n");
+    CHECK(wires[OWNER].out_count == 0 && got_count == 0);
+    full = false;
+    round_trip();
+    CHECK(strcmp(got, "G1X2\n\nG1X3\n$RI=20\n") == 0);
+    answer_all();
+    pass_ms(1000);
+    CHECK(reports_at(OWNER) == 10);
+}
+
 static void what_is_no_interval_is_refused_and_changes_nothing(void) {
     static const char *const wrong[] = {"$RI=20\n",  "$RI=60001\n", "$RI=99999999999\n",
                                         "$RI=1e3\n", "$RI=\n",      "$RI=-1\n"};
     begin_with("");
     send(OWNER, "$RI=100\n");
+    send(WATCHER, "$RI=200\n");
     for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
+        answer_all();
         send(OWNER, wrong[i]);
-        CHECK(strncmp(wires[OWNER].out, "error:", 6) == 0);
+        CHECK(strcmp(got, wrong[i]) == 0); /* the controller refuses it */
+        send(WATCHER, wrong[i]);
+        CHECK(strstr(wires[WATCHER].out, "error:") != NULL);
     }
-    (void)reports_at(OWNER);
+    got_count = 0;
+    for (unsigned n = 0; n < 2; n++)
+        (void)reports_at(n);
     pass_ms(1000);
-    CHECK(reports_at(OWNER) == 10);
+    CHECK(reports_at(OWNER) == 10 && reports_at(WATCHER) == 5);
 }
 
 static void a_byte_turns_them_off_and_on_as_they_were(void) {
@@ -169,6 +198,7 @@ static void reports_that_come_late_are_one(void) {
 int main(void) {
     each_client_has_its_own_interval();
     a_request_is_answered_to_all_as_ever();
+    the_owners_is_answered_in_its_turn();
     what_is_no_interval_is_refused_and_changes_nothing();
     a_byte_turns_them_off_and_on_as_they_were();
     a_locked_client_may_have_them();

@@ -56,8 +56,20 @@ esp_err_t uart_driver_install(uart_port_t port, int rx_size, int tx_size, int qu
 }
 
 esp_err_t uart_param_config(uart_port_t port, const uart_config_t *config) {
-    (void)port;
-    CHECK(config->baud_rate == 115200);
+    CHECK(config->baud_rate == (port == UART_NUM_0 ? 115200 : 1000000));
+    return ESP_OK;
+}
+
+static struct {
+    uart_port_t port;
+    int tx, rx;
+} pins;
+
+esp_err_t uart_set_pin(uart_port_t port, int tx, int rx, int rts, int cts) {
+    CHECK(rts == UART_PIN_NO_CHANGE && cts == UART_PIN_NO_CHANGE);
+    pins.port = port;
+    pins.tx = tx;
+    pins.rx = rx;
     return ESP_OK;
 }
 
@@ -439,6 +451,17 @@ static void a_line_with_a_lost_byte_is_refused(void) {
     CHECK(taken_lines >= LINES - 1 && refused <= 1);
 }
 
+/* Its UART, pins and baud rate, and what the hub knows it by. */
+static void a_pendant_has_a_uart_of_its_own(void) {
+    const struct serial_pendant wire = {
+        .baud = 1000000, .uart = 2, .tx = 17, .rx = 16, .kind = NET_PENDANT_MPG};
+    struct net_stream its;
+    CHECK(serial_stream_pendant(&wire, &its));
+    CHECK(pins.port == UART_NUM_2 && pins.tx == 17 && pins.rx == 16);
+    CHECK(its.pendant == NET_PENDANT_MPG && its.local && stream.pendant == NET_PENDANT_NONE);
+    CHECK(its.ctx != stream.ctx);
+}
+
 /* Arguments: the options of sdkconfig.defaults that are about the UART. */
 int main(int count, char **options) {
     for (int n = 1; n < count; n++)
@@ -448,5 +471,6 @@ int main(int count, char **options) {
     nothing_is_lost_while_flash_is_erased();
     a_line_with_a_damaged_byte_is_refused();
     a_line_with_a_lost_byte_is_refused();
+    a_pendant_has_a_uart_of_its_own();
     return report();
 }

@@ -30,6 +30,7 @@ PROGRAMS = {
     "gate": (),
     "trust": (),
     "qr": (),
+    "pendant": (),
     "reports": (),
     "rx_all": (),
     "websocket": (),

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from serve_peer import Serve
 from wificnc.board.load import load_board
-from wificnc.serve.options import Address, ServeOptions
+from wificnc.serve.options import Address, Door, ServeOptions
 from wificnc.serve.server import Server
 
 # 250 steps/mm, 5000 mm/min, 500 mm/s2.
@@ -31,9 +31,16 @@ def serve(tmp_path: Path) -> Iterator[Serve]:
             settings: tuple[str, ...] = (),
             key: str = "",
             store: Path | None = None,
+            pendant: Door | None = None,
+            pendant_kind: str = "terminal",
         ) -> Server:
+            the_board = load_board(board)
+            if pendant and the_board.pendant:
+                port = the_board.pendant.model_copy(update={"kind": pendant_kind})
+                the_board = the_board.model_copy(update={"pendant": port})
             options = ServeOptions(
-                board=load_board(board),
+                board=the_board,
+                pendant=pendant,
                 tcp=Address("127.0.0.1", 0),
                 pty=tmp_path / "tty" if pty else None,
                 control=control,

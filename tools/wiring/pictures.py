@@ -284,6 +284,22 @@ def probe() -> Sheet:
     return sheet
 
 
+def pendant() -> Sheet:
+    """A UART, crossed, and the pendant's supply."""
+    sheet = Sheet()
+    names = ["5 V", "TX", "RX", "GND"]
+    board = sheet.box((0, 0), (2.6, 3.4), "controller board", right=names)
+    hand = sheet.box((8.6, 0), (2.6, 3.4), "pendant", left=names)
+    sheet.wire(board["5 V"], hand["5 V"], colour=SUPPLY)
+    sheet.wire(board["GND"], hand["GND"])
+    for begin, end in (("TX", "RX"), ("RX", "TX")):
+        middle = 5.6
+        start, stop = board[begin], hand[end]
+        sheet.wire(start, (middle - 0.7, start[1]), (middle + 0.7, stop[1]), stop, colour=SIGNAL)
+    sheet.text((5.6, -0.4), "shielded cable, up to 2 m; 3.3 V signals")
+    return sheet
+
+
 PICTURES: dict[str, Callable[[], Sheet]] = {
     "machine": machine,
     "driver-cathode": driver_cathode,
@@ -297,6 +313,7 @@ PICTURES: dict[str, Callable[[], Sheet]] = {
     "laser": laser,
     "gantry": gantry,
     "probe": probe,
+    "pendant": pendant,
 }
 
 

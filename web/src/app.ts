@@ -25,6 +25,7 @@ export const noLines = computed(() => {
   if (!controller.connected.value) return "Connect to a controller first.";
   if (controller.locked.value) return "This controller is locked: log in with its access key.";
   if (!controller.commands.value) return "Another client is in control of this controller.";
+  if (controller.mpg.value) return "The pendant is in control (MPG): return control there.";
   if (doing.value) return doing.value;
   if (controller.operates.value) return "";
   if (job.active.value) return "A job is running: stop it, or wait until it is finished.";

@@ -28,6 +28,13 @@ describe("parse", () => {
     });
   });
 
+  it("says whether a pendant has control, where the report does", () => {
+    const mpg = (report: string): unknown => (parse(report) as { status: { mpg?: boolean } }).status.mpg;
+    expect(mpg("<Idle|MPos:0.000,0.000,0.000|FS:0,0|MPG:1>")).toBe(true);
+    expect(mpg("<Idle|MPos:0.000,0.000,0.000|FS:0,0|MPG:0>")).toBe(false);
+    expect(mpg("<Idle|MPos:0.000,0.000,0.000|FS:0,0>")).toBeUndefined();
+  });
+
   it("reads the measured speed of a spindle and the current of its drive", () => {
     const message = parse("<Run|MPos:0.000,0.000,0.000|FS:500,8000,7950|Amp:3.1>");
     expect(message).toMatchObject({ kind: "status", status: { feed: 500, speed: 8000, measured: 7950, ampere: 3.1 } });

@@ -176,6 +176,7 @@ class ChipFile(Strict):
     i2s: I2s | None = None
     spi_words: SpiWords | None = None
     pump: PumpTimer | None = None  # of the charge pump
+    pendant_uarts: dict[str, int] = {}  # that a pendant can have, as below
     spindle_uarts: dict[str, int] = {}  # that a spindle's drive can have, and the numbers the firmware gives them
     spindle_pins: dict[str, Annotated[tuple[str, ...], LooseTuple]] = {}  # of that bus, where the firmware fixes them
     core: CoreSizes | None = None  # None: a PC

@@ -44,8 +44,9 @@ BUS_SIGNALS = (
     *("serial_tx", "serial_rx"),
     *("i2so_bck", "i2so_data", "i2so_ws"),
     *("bus_tx", "bus_rx", "bus_de"),
+    *("pendant_tx", "pendant_rx"),
 )
-BUSES = (Role.ETHERNET, Role.SERIAL, Role.I2SO, Role.SPINDLE_BUS)
+BUSES = (Role.ETHERNET, Role.SERIAL, Role.I2SO, Role.SPINDLE_BUS, Role.PENDANT)
 
 
 @dataclass(frozen=True)

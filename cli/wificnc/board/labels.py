@@ -35,10 +35,12 @@ _WORDS = {
     "bus_tx": "RS-485 TX",
     "bus_rx": "RS-485 RX",
     "bus_de": "RS-485 driver enable",
+    "pendant_tx": "to the pendant",
+    "pendant_rx": "from the pendant",
     "led": "status LED",
 }
 SECOND_PULL_OFF = load_settings()["second_pull_off_mm"].number  # of X
-_BUSES = (Role.ETHERNET, Role.SERIAL, Role.I2SO, Role.SPINDLE_BUS, Role.LED)
+_BUSES = (Role.ETHERNET, Role.SERIAL, Role.I2SO, Role.SPINDLE_BUS, Role.PENDANT, Role.LED)
 
 
 @dataclass(frozen=True)

@@ -203,6 +203,19 @@ class SpindleBus(Strict):
     )
 
 
+class Pendant(Strict):
+    """A UART for a pendant at the machine: docs/pendant.md."""
+
+    uart: str = Field(description="UART of the chip, such as UART1")
+    tx: OutputWire = Field(description="to the pendant's RX")
+    rx: InputWire = Field(description="from the pendant's TX")
+    baud: int = Field(default=115_200, ge=9_600, le=1_000_000, description="115200; FluidDial has 1000000")
+    kind: Literal["terminal", "mpg"] = Field(
+        default="terminal",
+        description="terminal: its lines are read whenever nothing runs; mpg: only after its byte 0x8B took control",
+    )
+
+
 class ShiftRegisters(Strict):
     """A chain of 74HC595 at the I2S peripheral: its outputs are the pins I2SO.0, I2SO.1 and so on."""
 
@@ -257,6 +270,7 @@ class BoardFile(Strict):
     ethernet: Ethernet | None = None
     serial: Serial | None = None
     spindle_bus: SpindleBus | None = None
+    pendant: Pendant | None = None
     i2so: ShiftRegisters | None = None
     note: Annotated[tuple[str, ...], LooseTuple] = Field(default=(), description="notes for the user before wiring")
     header: Annotated[tuple[Header, ...], LooseTuple] = ()
@@ -295,6 +309,7 @@ class Role(Enum):
     SERIAL = "console"
     I2SO = "shift registers"
     SPINDLE_BUS = "spindle bus"
+    PENDANT = "pendant"
 
 
 @dataclass(frozen=True)
@@ -436,6 +451,11 @@ class Board(BoardFile):
         return self.pins.spindle_uarts.get(self.spindle_bus.uart, 0) if self.spindle_bus else 0
 
     @property
+    def pendant_uart_number(self) -> int:
+        """UART of a pendant; 0: none, or a virtual one."""
+        return self.pins.pendant_uarts.get(self.pendant.uart, 0) if self.pendant else 0
+
+    @property
     def has_analog(self) -> bool:
         """Analog inputs and outputs of M66 .. M68: no chip's firmware has them, the PC's virtual machine has."""
         return self.target == "host"
@@ -474,6 +494,7 @@ _GROUPS = (
     ("serial", "serial", Role.SERIAL, ("tx", "rx")),
     ("i2so", "i2so", Role.I2SO, ("bck", "data", "ws")),
     ("spindle_bus", "bus", Role.SPINDLE_BUS, ("tx", "rx", "de")),
+    ("pendant", "pendant", Role.PENDANT, ("tx", "rx")),
 )
 
 

@@ -243,6 +243,22 @@ def _spindle_bus(board: BoardFile, chip: Chip) -> Iterator[Finding]:
         yield Finding("spindle-bus", ("spindle_bus",), reason, "leave it out, and use PWM or a relay")
 
 
+def _pendant(board: BoardFile, chip: Chip) -> Iterator[Finding]:
+    pendant = board.pendant
+    if pendant is None:
+        return
+    if not chip.pendant_uarts:
+        reason = f"the firmware of the {chip.name} has one connection for text, and a pendant needs another one"
+        yield Finding("pendant", ("pendant",), reason, "leave it out, and connect the pendant as the sender")
+    elif pendant.uart not in chip.pendant_uarts:
+        reason = f"{chip.name} has no UART {pendant.uart!r} to spare"
+        yield Finding("pendant", ("pendant", "uart"), reason, f"one of: {', '.join(chip.pendant_uarts)}")
+    elif board.spindle_bus and board.spindle_bus.uart == pendant.uart:
+        reason = f"{pendant.uart} is the spindle drive's already"
+        free = [uart for uart in chip.pendant_uarts if uart != pendant.uart]
+        yield Finding("pendant", ("pendant", "uart"), reason, f"one of: {', '.join(free)}")
+
+
 def _charge_pump(board: BoardFile, chip: Chip) -> Iterator[Finding]:
     hz = board.output.charge_pump_hz
     if board.output.charge_pump is None:
@@ -370,6 +386,7 @@ BOARD_RULES: tuple[BoardRule, ...] = (
     _second_motor,
     _servo,
     _spindle_bus,
+    _pendant,
     _charge_pump,
     _step_engine,
     shift_registers,

@@ -7,7 +7,7 @@ import signal
 from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import rich_click as click
 from rich.markup import escape
@@ -27,6 +27,7 @@ from wificnc.serve.options import (
     end_switches,
     parse_address,
     parse_host_name,
+    parse_pendant,
     parse_speed,
     parse_wmc3,
 )
@@ -55,6 +56,11 @@ NOWHERE = Address("127.0.0.1", 0)  # of the controller, when only the page is to
     type=click.Path(path_type=Path),
     metavar="PORT",
     help="Serial port of a spindle drive ($395): docs/spindles.md. Without it the drive is simulated, too.",
+)
+@click.option(
+    "--pendant",
+    metavar="PORT",
+    help="Port of a pendant: a serial port, pty:LINK or tcp:PORT; [pendant] of the board file. docs/pendant.md.",
 )
 @click.option("--wmc3", metavar="ADDRESS", help="IPv4 address for the binary protocol: docs/protocol.md.")
 @click.option(
@@ -92,6 +98,7 @@ def command(
     http_names: tuple[str, ...],
     pty: Path | None,
     spindle_bus: Path | None,
+    pendant: str | None,
     wmc3: str | None,
     io_module: bool,
     key: str,
@@ -111,11 +118,10 @@ def command(
     the_board, profile = _board_and_machine(board, machine)
     options = ServeOptions(
         board=the_board,
-        tcp=None if io_module else parse_address(tcp) or (NOWHERE if http else None),
-        http=parse_address(http, "--http", DEFAULT_HTTP_PORT) if http else None,
-        http_names=tuple(map(parse_host_name, http_names)),
+        **_doors(tcp, http, http_names, io_module),
         pty=pty,
         spindle_bus=spindle_bus,
+        pendant=parse_pendant(pendant) if pendant else None,
         wmc3=parse_wmc3(wmc3, parse_speed(speed)) if wmc3 else None,
         io_module=io_module,
         key=key,
@@ -126,6 +132,15 @@ def command(
         store=store,
     )
     _run(_with_key(options, is_open), speed)
+
+
+def _doors(tcp: str, http: str | None, http_names: tuple[str, ...], io_module: bool) -> dict[str, Any]:
+    """Of text and page, as ServeOptions has them. Raises UserError."""
+    return {
+        "tcp": None if io_module else parse_address(tcp) or (NOWHERE if http else None),
+        "http": parse_address(http, "--http", DEFAULT_HTTP_PORT) if http else None,
+        "http_names": tuple(map(parse_host_name, http_names)),
+    }
 
 
 def _board_and_machine(board: str, machine: str | None) -> tuple[Board, Machine | None]:
@@ -177,6 +192,10 @@ def _check_doors(options: ServeOptions) -> None:
         raise UserError("--spindle-bus is for controllers that run on this computer", hint="--board host")
     if options.spindle_bus and options.speed != 1.0:
         raise UserError("--spindle-bus needs real time", hint="--speed 1")
+    if options.pendant and options.board.target == "pic32mz":
+        raise UserError("--pendant is for controllers that run on this computer", hint="--board host")
+    if options.pendant and options.board.pendant is None:
+        raise UserError(f"{options.board.id} has no [pendant] in its board file", hint="--board host has one")
     if options.tcp is None and options.pty is None and options.wmc3 is None:
         raise UserError("no port is configured", hint="--pty LINK, or leave --tcp on")
 
@@ -229,6 +248,8 @@ def _print_doors(server: Server | ChipServer, speed: str, page: str) -> None:
         ui.data.print(f"wmc3    [bold]{escape(server.wmc3)}[/]")
     if server.control:
         ui.data.print(f"control [bold]{escape(server.control)}[/]")
+    if isinstance(server, Server) and server.pendant:
+        ui.data.print(f"pendant [bold]{escape(server.pendant)}[/]")
     if server.device:
         ui.data.print(f"serial  [bold]{escape(str(options.pty))}[/] -> {server.device}")
     if _is_reachable(options) and not options.key:

@@ -46,6 +46,17 @@ class Address:
             return self.host == "localhost"
 
 
+@dataclass(frozen=True)
+class Door:
+    """Where a pendant is: a serial port, a pty or a TCP port of this computer."""
+
+    kind: str  # serial, pty or tcp
+    where: str
+
+    def __str__(self) -> str:
+        return self.where if self.kind == "serial" else f"{self.kind}:{self.where}"
+
+
 @dataclass(frozen=True, kw_only=True)
 class ServeOptions:
     """A controller to serve. speed 0: as fast as the computer can."""
@@ -62,8 +73,20 @@ class ServeOptions:
     speed: float = 1.0
     settings: tuple[str, ...] = ()
     hands: tuple[str, ...] = ()  # what is done at the virtual machine first, in the words of targets/pc/hands.h
+    pendant: Door | None = None  # of a pendant
     spindle_bus: Path | None = None  # serial port of a spindle's drive; None: the virtual machine has one
     store: Path | None = None  # keeps settings, offsets and startup lines
+
+
+def parse_pendant(text: str) -> Door:
+    """'/dev/ttyUSB0', 'pty:LINK' or 'tcp:2324'. Raises UserError."""
+    kind, _, where = text.partition(":") if text.startswith(("pty:", "tcp:")) else ("serial", "", text)
+    if not where or (kind == "tcp" and not (where.isascii() and where.isdigit() and int(where) <= 65535)):
+        raise UserError(
+            f"--pendant {text!r} is not a port",
+            hint="a serial port such as /dev/ttyUSB0, pty:LINK, or tcp:2324 (of this computer; 0 takes any free one)",
+        )
+    return Door(kind, where)
 
 
 def parse_address(text: str, option: str = "--tcp", port: int = SERVE_PORT) -> Address | None:
@@ -174,6 +197,12 @@ def end_switches(machine: Machine) -> list[str]:
     return lines
 
 
+def _pendant_arguments(board: Board, door: Door) -> list[tuple[str, object]]:
+    assert board.pendant
+    words = [(f"--pendant-{door.kind}", door.where), ("--pendant-kind", board.pendant.kind)]
+    return [*words, ("--pendant-baud", board.pendant.baud)]
+
+
 def program_arguments(options: ServeOptions) -> list[str]:
     """Arguments of the C program (targets/pc/main.c)."""
     pairs: Sequence[tuple[str, object]] = (
@@ -187,6 +216,7 @@ def program_arguments(options: ServeOptions) -> list[str]:
         *([("--control", options.control)] if options.control is not None else []),
         *([("--pty", options.pty)] if options.pty else []),
         *([("--bus-port", options.spindle_bus)] if options.spindle_bus else []),
+        *(_pendant_arguments(options.board, options.pendant) if options.pendant else []),
         *([("--store", options.store)] if options.store else []),
         *(("--set", line) for line in options.settings),
         *(("--hands", line) for line in options.hands),

@@ -51,6 +51,7 @@ class Server:
         self.tcp: str | None = None
         self.control: str | None = None
         self.wmc3: str | None = None
+        self.pendant: str | None = None  # address or device
         self.device: Path | None = None  # what the link of the pty leads to
         self._program = serve_program(variant)
 
@@ -111,6 +112,8 @@ class Server:
                 self.wmc3 = line[1]
             elif line[0] == "control":
                 self.control = line[1]
+            elif line[0] == "pendant":
+                self.pendant = line[1]
             elif line[0] == "pty":
                 self.device = Path(line[1])
             elif line[0] == "failed":
@@ -130,6 +133,11 @@ def _failure(options: ServeOptions, stage: str, error: int, text: str) -> ServeE
         return _pty_failure(options, error, text)
     if stage == "bus":
         return ServeError(f"--spindle-bus {options.spindle_bus}: {text}", hint="a serial port, such as /dev/ttyUSB0")
+    if stage == "pendant":
+        return ServeError(
+            f"--pendant {options.pendant}: {text}",
+            hint="a serial port with the board file's baud rate, a new name after pty:, or a free port after tcp:",
+        )
     if stage == "setting":
         said = f"error:{error} {status_text(error)}" if error > 0 else "no answer"
         return ServeError(f"the controller refuses {text}: {said}")

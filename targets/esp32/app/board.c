@@ -101,6 +101,15 @@ bool board_spindle_bus(struct spindle_bus_wire *wire) {
     return BOARD_HAS_SPINDLE_BUS != 0;
 }
 
+bool board_pendant(struct serial_pendant *wire) {
+    *wire = (struct serial_pendant){.baud = BOARD_PENDANT_BAUD,
+                                    .uart = BOARD_PENDANT_UART,
+                                    .tx = PIN_PENDANT_TX,
+                                    .rx = PIN_PENDANT_RX,
+                                    .kind = BOARD_PENDANT_MPG ? NET_PENDANT_MPG : NET_PENDANT_TERMINAL};
+    return BOARD_HAS_PENDANT != 0;
+}
+
 struct machine_board board_machine(const struct pin_map *map) {
     const uint8_t inputs =
         BOARD_MISC_IN_COUNT < DIGITAL_INPUT_COUNT ? BOARD_MISC_IN_COUNT : DIGITAL_INPUT_COUNT;

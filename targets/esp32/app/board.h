@@ -10,6 +10,7 @@
 #include "io/outputs.h"
 #include "io/pin_map.h"
 #include "io/spindle_bus.h"
+#include "link/serial_stream.h"
 #include "machine/machine.h"
 
 /** Which axes have a second motor. */
@@ -25,6 +26,9 @@ void board_encoder(const struct pin_map *map, struct encoder_wire wire[ENCODER_L
 
 /** RS-485 for a spindle drive. @return false: the board has none */
 bool board_spindle_bus(struct spindle_bus_wire *wire);
+
+/** UART of a pendant. @return false: the board has none */
+bool board_pendant(struct serial_pendant *wire);
 
 /** Without store, encoder, second motors and motion side. */
 struct machine_board board_machine(const struct pin_map *map);

@@ -71,6 +71,21 @@ static uint8_t presses(void *ctx) {
     return guard_idle_starts(controller->machine);
 }
 
+static enum machine_reads reads(void *ctx) {
+    const struct controller *controller = ctx;
+    return machine_reads(controller->machine);
+}
+
+static void pendant_left(void *ctx) {
+    const struct controller *controller = ctx;
+    machine_pendant_lost(controller->machine);
+}
+
+static void mpg(void *ctx, bool on) {
+    const struct controller *controller = ctx;
+    machine_set_mpg(controller->machine, on);
+}
+
 static bool notice(void *ctx, unsigned number, char *text, size_t size) {
     const struct controller *controller = ctx;
     return machine_notice(controller->machine, number, text, size);
@@ -115,6 +130,9 @@ void controller_init(struct controller *controller, struct machine *machine,
                                            .notice = notice,
                                            .busy = busy,
                                            .presses = presses,
+                                           .reads = reads,
+                                           .pendant_left = pendant_left,
+                                           .mpg = mpg,
                                            .page = page,
                                            .key = key};
     *controller = (struct controller){.machine = machine, .listener = -1};
@@ -150,7 +168,8 @@ static void port_close(const struct net_stream *stream) {
 
 static void attach(struct controller *controller, struct controller_port *port) {
     static const struct net_stream_ops ops = {.read = port_read, .write = port_write, .close = port_close};
-    const struct net_stream stream = {.ops = &ops, .ctx = port, .fd = -1, .local = true};
+    const struct net_stream stream = {
+        .ops = &ops, .ctx = port, .fd = -1, .local = true, .pendant = port->stream.pendant};
     if (port->stream.ops == NULL || port->attached)
         return;
     port->attached = true; /* unless it is refused, and so closed */

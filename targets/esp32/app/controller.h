@@ -15,7 +15,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum { CONTROLLER_PORTS = 2, CONTROLLER_SAID = 256 };
+enum { CONTROLLER_PORTS = 3, CONTROLLER_SAID = 256 };
 
 /** A serial port: a client that is always there. When the hub lets it go (it was too slow), it comes back. */
 struct controller_port {

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * The chip's own serial ports as streams of the hub: UART0, and the USB-Serial-JTAG of the S3. [task] They
+ * The chip's own serial ports as streams of the hub: UART0, the USB-Serial-JTAG of the S3, and a UART for a
+ * pendant. [task] They
  * have no connection that could be lost: whoever is at the other end is one client, always there. */
 #ifndef WIFICNC_ESP32_SERIAL_STREAM_H
 #define WIFICNC_ESP32_SERIAL_STREAM_H
@@ -15,6 +16,16 @@ enum { UART_RX_SIZE = 6144 };
 
 /** @param[out] stream  of UART0 @return false: the driver did not start */
 bool serial_stream_uart(struct net_stream *stream);
+
+/** UART and pins of the board file. */
+struct serial_pendant {
+    uint32_t baud;
+    uint8_t uart, tx, rx;
+    uint8_t kind; /* enum net_pendant */
+};
+
+/** [start] @param[out] stream  of a pendant @return false: the driver did not start, or no memory is left */
+bool serial_stream_pendant(const struct serial_pendant *wire, struct net_stream *stream);
 
 /** @param[out] stream  of the native USB port @return false: the chip has none, or the driver did not start
  */

@@ -6,6 +6,7 @@
  * they do from reset. */
 #include "app/task_map.h"
 #include "firmware.h"
+#include "pin_config.h"
 
 #include "esp_attr.h"
 #include "esp_system.h"
@@ -33,8 +34,11 @@ static enum boot_cause cause_of_start(void) {
 }
 
 void app_main(void) {
-    static const struct net_hub_sizes sizes = {
-        .clients = NET_CLIENTS, .in = 2048, .out = 16384, .left = 2048};
+    static const struct net_hub_sizes sizes = {.clients = NET_CLIENTS -
+                                                          (BOARD_HAS_PENDANT != 0 ? 0 : NET_PENDANT_PLACES),
+                                               .in = 2048,
+                                               .out = 16384,
+                                               .left = 2048};
     struct complaints complaints = {.text = ""};
     firmware.guard = &guard;
     enum nvs_start kept = nvs_flash_ops_open(&firmware.store);

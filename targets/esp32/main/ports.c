@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * The serial ports: clients of the controller, and by Improv's packets a way to join a network. */
+#include "app/board.h"
 #include "base/version.h"
 #include "firmware.h"
 #include "hal/hal.h"
@@ -76,9 +77,22 @@ static void add_port(struct firmware *firmware, struct improv *improv, const str
     controller_add_port(&firmware->controller, &stream, name);
 }
 
+/* Without Improv: a pendant knows nothing of networks. */
+static void add_pendant(struct firmware *firmware) {
+    struct serial_pendant wire;
+    struct net_stream stream;
+    if (!board_pendant(&wire))
+        return;
+    if (serial_stream_pendant(&wire, &stream))
+        controller_add_port(&firmware->controller, &stream, "pendant");
+    else
+        firmware_tell(firmware, "Cannot start the UART of the pendant");
+}
+
 void firmware_start_ports(struct firmware *firmware) {
     static struct improv uart, usb;
     struct net_stream port;
+    add_pendant(firmware);
     if (serial_stream_uart(&port))
         add_port(firmware, &uart, &port, "UART");
     if (serial_stream_usb(&port))

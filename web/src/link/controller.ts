@@ -78,6 +78,8 @@ export class Controller {
   readonly wco = signal<number[]>([]);
   readonly overrides = signal<[number, number, number]>([100, 100, 100]);
   readonly accessories = signal("");
+  /** A pendant has control: lines of others are refused. */
+  readonly mpg = signal(false);
   readonly alarm = signal<number | null>(null);
   readonly needsReset = signal(false);
   /** The program waits for this tool (M6); null: for none. */
@@ -350,6 +352,7 @@ export class Controller {
       this.linkName.value = transport.name;
       this.lostWhy.value = "";
       this.role.value = "nobody";
+      this.mpg.value = false;
       this.locked.value = this.silent.value = this.needsReset.value = this.homing.value = false;
       this.status.value = this.alarm.value = this.awaitedTool.value = null;
       this.settings.value = new Map();
@@ -469,6 +472,7 @@ export class Controller {
       this.overrides.value = status.overrides;
       this.accessories.value = status.accessories ?? "";
     }
+    if (status.mpg !== undefined) this.mpg.value = status.mpg;
     if (status.state === "Alarm" || status.state === "Sleep") this.homed.value = "";
     if (status.state !== "Alarm") this.alarm.value = null;
     this.onReport(status);

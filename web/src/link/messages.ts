@@ -21,6 +21,8 @@ export interface Status {
   overrides: [number, number, number] | null;
   /** S spindle cw, C ccw, F flood, M mist; null: the report does not say. */
   accessories: string | null;
+  /** A pendant has control (0x8B); left out: the report does not say. */
+  mpg?: boolean;
 }
 
 export type Message =
@@ -89,6 +91,7 @@ function takeField(status: Status, key: string, value: string): boolean {
     status.accessories = value;
     return true;
   }
+  if (key === "MPG") status.mpg = value === "1";
   const numbers = value.split(",").map(Number);
   const known = ["MPos", "WPos", "WCO", "Bf", "Ln", "F", "FS", "Ov", "Amp"].includes(key);
   if (!known) return true;
