@@ -76,7 +76,7 @@ def test_another_language_is_chosen_in_the_page(serve_page: Serve, watched: Call
     state, settings = page.locator("[data-test=state]"), page.locator("#tab-settings")
     expect(state).to_have_text("Idle")
     expect(settings).to_have_text("Settings")
-    log = page.locator("[data-test=log] *, .log *")
+    log = page.locator("[data-test=terminal] *")
     page.click("#tab-terminal")
     sent = log.count()
     for language, idle, title in (
