@@ -2,6 +2,7 @@ import { readFileSync } from "node:fs";
 import { afterEach, expect, test } from "vitest";
 import { catalogueOf, readWords } from "../build/catalogue.ts";
 import { allTexts, htmlTexts, textsOf } from "../build/texts.ts";
+import { REFUSALS } from "../src/contact/refusals.ts";
 import { LANGUAGES, languageOf } from "../src/languages.ts";
 import { alarmWords, settingName, TABLES, type Board } from "../src/tables.ts";
 import { hashOf, msg, t, tr, useCatalogue } from "../src/words.ts";
@@ -89,6 +90,13 @@ test.each(OTHERS)("the catalogue of %s answers each text with its translation", 
     useCatalogue(() => words);
     for (const [text, other] of files.flatMap((file) => Object.entries(readWords(file, language)))) expect(tr(text)).toBe(other);
   }
+});
+
+test("what a controller refuses in the first contact is in the catalogue", () => {
+  const source = readFileSync("../targets/esp32/net/portal.c", "utf8");
+  const answers = new Set([...source.matchAll(/"([A-Z][^"\\]{15,}\.)"/g)].map(([, text]) => text!));
+  expect(answers.size).toBeGreaterThan(10);
+  expect([...answers].sort()).toEqual([...REFUSALS].sort());
 });
 
 test("values are put where the language has them, and a text without a translation stays", () => {

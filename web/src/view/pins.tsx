@@ -49,7 +49,7 @@ export function PinoutCard(): JSX.Element {
         <img class="pinout" src={pinoutUrl(board.value.id)} alt={t`Pin-out of ${board.value.name}; the table of pins has the same data`} />
       </a>
       {board.value.notes.map((note) => (
-        <p key={note} class="small soft">
+        <p key={note} class="small soft" lang="en">
           {note}
         </p>
       ))}
