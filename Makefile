@@ -15,7 +15,7 @@ CPU     ?= 1
 BOARDS ?=
 TAG    ?=
 
-.PHONY: help demo test test-all test-deep test-chip power-cuts platforms chip-traces lint fuzz bench bench-chip bench-motion bench-latency xtensa bench-serve bench-wire bench-linuxcnc \
+.PHONY: help demo test test-all test-deep test-chip power-cuts platforms chip-traces lint fuzz bench bench-chip bench-motion bench-latency xtensa bench-serve bench-page bench-wire bench-linuxcnc \
     stream-million pictures release docs format generate web clean distclean
 .DEFAULT_GOAL := help
 
@@ -40,6 +40,7 @@ help:
 	@echo 'make xtensa  the ESP32 firmware as Xtensa objects: interrupts, and static RAM of each board'
 	@echo 'make bench-latency  from a byte or the e-stop to the last pulse and the beam, PIC32MZ, ESP32 and PC'
 	@echo 'make bench-serve  a serving controller as senders see it; make stream-million: its first part'
+	@echo 'make bench-page  the web page while a large job runs: frames, main thread, Hold; SEGMENTS=100000 for fewer'
 	@echo 'make bench-wire  the binary protocol: round trip, and how evenly reports come'
 	@echo 'make bench-linuxcnc  what the component of LinuxCNC takes of the processor, and how far the feedback is behind'
 	@echo 'make release what people download, into dist/: of the boards that are built or can be built here'
@@ -96,6 +97,9 @@ bench-latency: $(VENV)/.ready-dev
 
 bench-serve: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m bench.serve --lines $(LINES) $(ONLY)
+
+bench-page: $(VENV)/.ready-dev
+	@cd tools && $(abspath $(PY)) -m bench.page --segments $(or $(SEGMENTS),500000)
 
 bench-wire: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m bench.wire

@@ -103,6 +103,43 @@ def test_what_a_job_forbids(opened: Callable[..., Page], look: str) -> None:
     expect(page.get_by_text("Change to tool T1")).to_have_count(0)
 
 
+CYCLES = ("plate", "corner", "hole", "boss", "edge", "rotation", "length")
+DIALOGS = (
+    *((f"probe-{cycle}", "control", f"[data-test=probe-{cycle}]") for cycle in CYCLES),
+    ("lift", "control", "[data-test=go-to-zero]"),
+    ("macro", "control", "text=New macro"),
+    ("warm-up", "control", "text=Warm up spindle"),
+    ("outline", "job", "[data-test=frame]"),
+    ("restore", "settings", "text=Restore defaults"),
+)
+
+
+@pytest.mark.parametrize("look", slow_but("phone".__eq__, LOOKS))
+def test_every_dialog_fits_the_screen(opened: Callable[..., Page], look: str) -> None:
+    """Whole, or with a bar to scroll it: no button of it can be out of reach."""
+    page = opened(look)
+    page.click("#tab-job")
+    page.locator("[data-test=job-file]").set_input_files(ROOT / "examples" / "pcb_outline.nc")
+    expect(page.locator("[data-test=job-time]")).to_be_visible()
+    broken: list[str] = []
+    for name, tab, button in DIALOGS:
+        page.click(f"#tab-{tab}")
+        page.locator(button).first.click()
+        dialog = page.get_by_role("dialog")
+        expect(dialog).to_be_visible()
+        page.screenshot(path=SCREENS / f"dialog-{name}-{look}.png")
+        broken += [f"{name}: {text}" for text in broken_rules(page)]
+        box, size = dialog.bounding_box(), page.viewport_size
+        assert box and size
+        inside = box["x"] >= 0 and box["x"] + box["width"] <= size["width"] and box["y"] >= 0
+        broken += [] if inside and box["y"] + box["height"] <= size["height"] else [f"{name}: {box} in {size}"]
+        wide = dialog.evaluate("dialog => dialog.scrollWidth - dialog.clientWidth")
+        broken += [f"{name}: {wide} px wider than its dialog"] if wide > 0 else []
+        page.keyboard.press("Escape")
+        expect(dialog).to_have_count(0)
+    assert not broken, "\n".join(broken)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("look", ONE_LOOK)
 def test_the_shapers_of_measured_waves(opened: Callable[..., Page], look: str) -> None:

@@ -8,6 +8,7 @@ import { ownAddress, SocketTransport } from "./link/socket";
 import { LinkError } from "./link/transport";
 import { NOWHERE, standsAlike, type Standing } from "./job/standing";
 import { settingNumber } from "./tables";
+import { t } from "./words";
 
 const THEME_KEY = "wificnc.theme";
 const HELD = new Set(["Hold", "Tool", "Door"]);
@@ -22,14 +23,14 @@ export const doing = signal("");
 
 /** Why no line may be sent now; "": one may. Hold, Resume, Reset and the overrides are bytes, and always go. */
 export const noLines = computed(() => {
-  if (!controller.connected.value) return "Connect to a controller first.";
-  if (controller.locked.value) return "This controller is locked: log in with its access key.";
-  if (!controller.commands.value) return "Another client is in control of this controller.";
-  if (controller.mpg.value) return "The pendant is in control (MPG): return control there.";
+  if (!controller.connected.value) return t`Connect to a controller first.`;
+  if (controller.locked.value) return t`This controller is locked: log in with its access key.`;
+  if (!controller.commands.value) return t`Another client is in control of this controller.`;
+  if (controller.mpg.value) return t`The pendant is in control (MPG): return control there.`;
   if (doing.value) return doing.value;
   if (controller.operates.value) return "";
-  if (job.active.value) return "A job is running: stop it, or wait until it is finished.";
-  if (HELD.has(controller.state.value)) return "The machine is in a hold: press Resume, or Reset to discard the rest.";
+  if (job.active.value) return t`A job is running: stop it, or wait until it is finished.`;
+  if (HELD.has(controller.state.value)) return t`The machine is in a hold: press Resume, or Reset to discard the rest.`;
   return "";
 });
 /** The same of what needs a machine at rest: also one in an alarm, and an idle one only. */
@@ -37,14 +38,14 @@ export const noHoming = computed(() => noLines.value || unlessIn("Idle", "Alarm"
 export const noMotion = computed(() => noLines.value || (controller.operates.value ? unlessAtRest() : unlessIn("Idle")));
 
 function unlessAtRest(): string {
-  return controller.status.value?.substate === 0 ? "" : "The machine is moving: wait until it rests.";
+  return controller.status.value?.substate === 0 ? "" : t`The machine is moving: wait until it rests.`;
 }
 
 function unlessIn(...states: string[]): string {
   const state = controller.state.value;
   if (states.includes(state)) return "";
-  if (controller.operates.value) return "A job waits in this hold: press Resume and let it finish, or Reset to discard it.";
-  return state === "Alarm" ? "The machine is locked: unlock or home it first." : "The machine is busy: wait until it is idle.";
+  if (controller.operates.value) return t`A job waits in this hold: press Resume and let it finish, or Reset to discard it.`;
+  return state === "Alarm" ? t`The machine is locked: unlock or home it first.` : t`The machine is busy: wait until it is idle.`;
 }
 
 const MM_PER_INCH = 25.4;
@@ -220,7 +221,7 @@ effect(() => {
 /** Rejects with a LinkError. */
 export async function logIn(key: string): Promise<void> {
   if (!(await controller.login(key)))
-    throw new LinkError("This access key is not accepted", "It is shown over USB. Case, dashes and spaces do not matter.");
+    throw new LinkError(t`This access key is not accepted`, t`It is shown over USB. Case, dashes and spaces do not matter.`);
   controller.locked.value = false;
   await controller.getToKnow();
 }

@@ -4,6 +4,7 @@ import { attempt, controller, job } from "./app";
 import { forgetKept, keepJob, keepPlace, readKept, type KeptJob, type KeptPlace } from "./job/kept";
 import { readProgram } from "./job/program";
 import type { JobState } from "./job/runner";
+import { t } from "./words";
 
 /** Why a reload loses the job; "": it does not. */
 export const notKept = signal("");
@@ -45,7 +46,7 @@ const ENDED = new Set(["lost", "stopped", "failed", "left"]);
 function restore(text: KeptJob, { state, line, why, machine }: KeptPlace): void {
   const program = readProgram(text.name, text.source);
   kept = text;
-  if (UNDER_WAY.has(state)) job.restore(program, "left", line, `It was being sent to ${machine}; line ${line} was being executed at the last report.`);
+  if (UNDER_WAY.has(state)) job.restore(program, "left", line, t`It was being sent to ${machine}; line ${line} was being executed at the last report.`);
   else job.restore(program, ENDED.has(state) ? (state as JobState) : "ready", line, why);
 }
 

@@ -2,6 +2,7 @@
 import { effect, signal } from "@preact/signals";
 import { controller, doing, job, store, stored } from "./app";
 import { macroLines, macroMoves, readMacros, type Macro } from "./link/macros";
+import { t } from "./words";
 
 const KEY = "wificnc.macros";
 const HELD = new Set(["Hold", "Tool", "Door"]);
@@ -21,13 +22,13 @@ export async function runMacro(macro: Macro): Promise<void> {
   const lines = macroLines(macro);
   const parked = controller.operates.peek();
   isStopped = false;
-  doing.value = `The macro ${macro.name} is running: stop it, or wait until it is finished.`;
+  doing.value = t`The macro ${macro.name} is running: stop it, or wait until it is finished.`;
   try {
     for (const [i, line] of lines.entries()) {
       if (!parked) await outOfHold();
-      if (isStopped) throw new Error(`${macro.name}: stopped by hand before line ${i + 1} (${line})`);
+      if (isStopped) throw new Error(t`${macro.name}: stopped by hand before line ${i + 1} (${line})`);
       if (!controller.commands.peek() || job.active.peek() || controller.operates.peek() !== parked)
-        throw new Error(`${macro.name}: ended before line ${i + 1} (${line}), because the machine is not this page's any more`);
+        throw new Error(t`${macro.name}: ended before line ${i + 1} (${line}), because the machine is not this page's any more`);
       await controller.send(line);
     }
     if (macroMoves(macro) && !isStopped) await controller.rest(); // an answer comes before the motion

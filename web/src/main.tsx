@@ -2,8 +2,11 @@ import { render } from "preact";
 import "./styles.css";
 import { start } from "./app";
 import { startKeeping } from "./keeping";
+import { startLanguage } from "./language";
 import { App } from "./view/app";
 
-render(<App />, document.getElementById("app")!);
-void startKeeping();
-void start();
+void startLanguage().then(() => {
+  render(<App />, document.getElementById("app")!);
+  void startKeeping();
+  void start();
+});

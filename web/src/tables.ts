@@ -3,6 +3,7 @@
  * (`make generate`); here are their shapes and look-ups.
  */
 import raw from "./generated/tables.json";
+import { msg, t, tr } from "./words";
 
 export interface SettingRow {
   /** $N; of X when per_axis. */
@@ -176,6 +177,11 @@ export function settingNumber(name: string): number {
   return row.number;
 }
 
+/** For people: words without the unit, which has a column of its own. */
+export function settingName(row: SettingRow): string {
+  return tr(row.name.replace(/_(mm|us|ms|rpm|pct|s2|s3|s|min)(?=_|$)/g, "").replaceAll("_", " "));
+}
+
 /** As `$$` prints it. */
 export function settingText(row: SettingRow, value: number | boolean): string {
   return row.type === "float" ? Number(value).toFixed(row.decimals) : String(Number(value));
@@ -184,16 +190,16 @@ export function settingText(row: SettingRow, value: number | boolean): string {
 /** What is wrong with a value that was typed for a setting; "" when nothing is. */
 export function settingProblem(row: SettingRow, text: string): string {
   const value = Number(text);
-  if (text.trim() === "" || !Number.isFinite(value)) return "a number is needed";
-  if (value < row.min || value > row.max) return `from ${row.min} to ${row.max}`;
-  if (row.type !== "float" && !Number.isInteger(value)) return "a whole number is needed";
+  if (text.trim() === "" || !Number.isFinite(value)) return t`a number is needed`;
+  if (value < row.min || value > row.max) return t`from ${row.min} to ${row.max}`;
+  if (row.type !== "float" && !Number.isInteger(value)) return t`a whole number is needed`;
   return "";
 }
 
 export function errorWords(code: number): string {
-  return TABLES.errors[String(code)] ?? "unknown error";
+  return tr(TABLES.errors[String(code)] ?? msg`unknown error`);
 }
 
 export function alarmWords(code: number): string {
-  return TABLES.alarms[String(code)] ?? "unknown alarm";
+  return tr(TABLES.alarms[String(code)] ?? msg`unknown alarm`);
 }

@@ -3,6 +3,7 @@ import { computed, signal } from "@preact/signals";
 import { controller, standing, stored, store } from "./app";
 import { placeLine, undoLine, workSystemOf } from "./link/offsets";
 import { settingNumber } from "./tables";
+import { t } from "./words";
 
 const REPORTS_IN_INCHES = settingNumber("report_inches");
 const UNDO_DEPTH = 20;
@@ -38,7 +39,7 @@ export async function setPosition(values_mm: Readonly<Record<string, number>>, t
   await controller.refresh("$#", "$G");
   const line = undoLine(workSystem.value, axes, standing.value.offsets.get(workSystem.value));
   await sayInMm(placeLine(values_mm));
-  if (line) undone.value = [...undone.value, { text: `${text} in ${workSystem.value}`, line }].slice(-UNDO_DEPTH);
+  if (line) undone.value = [...undone.value, { text: t`${text} in ${workSystem.value}`, line }].slice(-UNDO_DEPTH);
   await controller.refresh("$#");
 }
 

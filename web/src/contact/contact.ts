@@ -1,5 +1,7 @@
 /** The page of first contact: give a controller the network that it is to join. Small, for phones that open it by
  * themselves: it loads nothing of the main page. */
+import { languageOf, type Language } from "../languages";
+import { msg, t, tr, useCatalogue, type Catalogue } from "../words";
 import "./contact.css";
 
 interface Network {
@@ -30,9 +32,9 @@ interface State {
 const LOOK_MS = 1000;
 const TICKET = "wificnc.ticket";
 const FAILED: Record<string, string> = {
-  wrong_password: "The network does not accept this password.",
-  not_found: "The controller cannot find this network. It supports 2.4 GHz only.",
-  failed: "The network refuses the controller.",
+  wrong_password: msg`The network does not accept this password.`,
+  not_found: msg`The controller cannot find this network. It supports 2.4 GHz only.`,
+  failed: msg`The network refuses the controller.`,
 };
 
 function by<T extends HTMLElement>(id: string): T {
@@ -76,7 +78,7 @@ async function post(body: object): Promise<{ ticket?: string }> {
   if (answer.ok) return said;
   by("key-field").hidden = said.field !== "key" && by("key-field").hidden;
   blame(said.field ?? "");
-  throw new Error(said.error ?? answer.statusText);
+  throw new Error(tr(said.error ?? answer.statusText));
 }
 
 async function attempt(what: () => Promise<void>): Promise<void> {
@@ -99,7 +101,7 @@ function choose(network: Network): void {
 function showNetworks({ networks, scanning, may }: State): void {
   by("near").hidden = !may;
   by<HTMLButtonElement>("search").disabled = scanning;
-  by("search").textContent = scanning ? "Searching" : "Search again";
+  by("search").textContent = scanning ? t`Searching` : t`Search again`;
   const wanted = JSON.stringify([networks, input("ssid").value]);
   if (by("networks").dataset.shown === wanted) return;
   by("networks").dataset.shown = wanted;
@@ -108,7 +110,7 @@ function showNetworks({ networks, scanning, may }: State): void {
       const button = document.createElement("button");
       const [name, strength] = [document.createElement("b"), document.createElement("span")];
       name.textContent = network.name;
-      strength.textContent = `${network.rssi_dbm} dBm${network.secured ? "" : ", open"}`;
+      strength.textContent = `${network.rssi_dbm} dBm${network.secured ? "" : t`, open`}`;
       strength.className = "soft";
       button.type = "button";
       button.setAttribute("aria-pressed", String(network.name === input("ssid").value));
@@ -135,7 +137,7 @@ function showJoined(now: State): void {
   by("left").textContent = String(now.trial_s);
   link("by-address", now.joined);
   link("by-name", `${now.name}.local`);
-  say(`${now.name} has joined ${now.ssid}.`, "good");
+  say(t`${now.name} has joined ${now.ssid}.`, "good");
   show("where");
 }
 
@@ -149,13 +151,13 @@ function endTrying(text: string): void {
 /** In the own network, after a change. */
 function showTrying(now: State): void {
   if (now.trial_s === 0)
-    endTrying(hasJoined ? "The page was not opened in the new network: the settings before are back." : "The network was not changed.");
+    endTrying(hasJoined ? t`The page was not opened in the new network: the settings before are back.` : t`The network was not changed.`);
   else if (now.state === "joined") showJoined(now);
   else if (now.state in FAILED) {
-    endTrying(FAILED[now.state] ?? "");
+    endTrying(tr(FAILED[now.state] ?? ""));
     blame(now.state === "wrong_password" ? "password" : "ssid");
   } else {
-    say(`The controller joins ${now.ssid}.`);
+    say(t`The controller joins ${now.ssid}.`);
     show();
   }
 }
@@ -166,10 +168,10 @@ function showState(now: State): void {
   by("key-field").hidden = now.may;
   if (trying && now.own) showTrying(now);
   else if (now.trial_s > 0 && !now.own) {
-    say(`${now.ssid} is on trial for ${now.trial_s} s.`);
+    say(t`${now.ssid} is on trial for ${now.trial_s} s.`);
     show("keep");
   } else if (by("form").hidden && by("next").hidden) {
-    say(now.state === "joined" ? `The controller is in ${now.ssid}, at ${now.joined}.` : "");
+    say(now.state === "joined" ? t`The controller is in ${now.ssid}, at ${now.joined}.` : "");
     show("form");
   }
 }
@@ -179,12 +181,12 @@ async function look(): Promise<void> {
   try {
     answer = await fetch("./api/network", { cache: "no-store" });
   } catch {
-    if (state && trying) say(`This phone has left the controller's network. Connect it to ${state.ssid}, and open ${state.joined ? `http://${state.joined}/setup.html` : `http://${state.name}.local/setup.html`}`);
-    else say("The controller does not answer.", "bad");
+    if (state && trying) say(t`This phone has left the controller's network. Connect it to ${state.ssid}, and open ${state.joined ? `http://${state.joined}/setup.html` : `http://${state.name}.local/setup.html`}`);
+    else say(t`The controller does not answer.`, "bad");
     return;
   }
   if (answer.status === 404) {
-    say("This controller has no WiFi to set up: it uses the network of its computer.");
+    say(t`This controller has no WiFi to set up: it uses the network of its computer.`);
     show("next");
     return;
   }
@@ -221,7 +223,7 @@ async function keep(ticket?: string): Promise<void> {
   await post({ keep: true, ...(ticket ? { ticket } : {}) });
   sessionStorage.removeItem(TICKET);
   trying = false;
-  say(`The controller stays in ${state?.ssid ?? "this network"}.`, "good");
+  say(t`The controller stays in ${state?.ssid ?? t`this network`}.`, "good");
   show("next");
 }
 
@@ -240,7 +242,30 @@ input("show").addEventListener("change", () => (input("password").type = input("
 input("static").addEventListener("change", () => (by("addresses").hidden = !input("static").checked));
 input("ssid").addEventListener("input", () => state && showNetworks(state));
 
+/* ---- its language: the browser's ---- */
+
+const CATALOGUES: Record<Exclude<Language, "en">, () => Promise<{ default: Catalogue }>> = {
+  de: () => import("virtual:catalogue/contact.de"),
+  es: () => import("virtual:catalogue/contact.es"),
+};
+
+/** The texts of the file, too. A catalogue that cannot be loaded leaves the page in English. */
+async function translate(): Promise<void> {
+  const language = languageOf(navigator.languages);
+  if (language === "en") return;
+  const words = (await CATALOGUES[language]()).default;
+  useCatalogue(() => words);
+  document.documentElement.lang = language;
+  const texts = document.createTreeWalker(document.documentElement, NodeFilter.SHOW_TEXT);
+  while (texts.nextNode()) {
+    const node = texts.currentNode as Text;
+    const text = node.data.trim();
+    if (text) node.data = node.data.replace(text, tr(text));
+  }
+}
+
 async function start(): Promise<void> {
+  await translate().catch(() => {});
   const ticket = /^#keep=([0-9a-f]{32})$/.exec(location.hash)?.[1];
   history.replaceState(null, "", location.pathname);
   await look();

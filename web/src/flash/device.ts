@@ -2,6 +2,7 @@
 import type { ESPLoader, Transport } from "esptool-js";
 import type { Board } from "../tables";
 import { FirmwareError, type Firmware } from "./manifest";
+import { t } from "../words";
 
 const FAST_BAUD = 460800;
 /** Embedded PSRAM of this size is octal, and takes GPIO33 to 37. */
@@ -30,7 +31,7 @@ export class BoardDevice {
     readonly chip: Chip,
   ) {
     this.lost = new Promise((_resolve, reject) => {
-      transport.device.addEventListener("disconnect", () => reject(new Error("the board was disconnected")), { once: true });
+      transport.device.addEventListener("disconnect", () => reject(new Error(t`the board was disconnected`)), { once: true });
     });
     this.lost.catch(() => {}); // it may be lost while no one waits
   }
@@ -55,8 +56,8 @@ export class BoardDevice {
     } catch (error) {
       await transport.disconnect().catch(() => {});
       throw new FirmwareError(
-        `The board does not answer: ${words(error)}`,
-        "Hold BOOT while you press and release RESET, then try again. Check that no other program uses the port.",
+        t`The board does not answer: ${words(error)}`,
+        t`Hold BOOT while you press and release RESET, then try again. Check that no other program uses the port.`,
       );
     }
   }
@@ -66,13 +67,13 @@ export class BoardDevice {
     const { board } = firmware;
     if (this.chip.family !== firmware.chipFamily)
       throw new FirmwareError(
-        `This is an ${this.chip.family}, and ${board.name} has an ${board.chip_name}`,
-        "Choose the connected board. Is another board connected, too?",
+        t`This is an ${this.chip.family}, and ${board.name} has an ${board.chip_name}`,
+        t`Choose the connected board. Is another board connected, too?`,
       );
     const end = Math.max(...firmware.parts.map((part) => part.offset + part.data.length));
     const needed = Math.max(firmware.flashMb, end / (1 << 20));
     if (this.chip.flashMb < needed)
-      throw new FirmwareError(`This board has ${this.chip.flashMb} MB of flash, and this firmware needs ${needed} MB`);
+      throw new FirmwareError(t`This board has ${this.chip.flashMb} MB of flash, and this firmware needs ${needed} MB`);
     return this.checkMemory(board);
   }
 
@@ -94,8 +95,8 @@ export class BoardDevice {
       await this.unlessLost(writing);
     } catch (error) {
       throw new FirmwareError(
-        `Writing failed: ${words(error)}`,
-        "The firmware on the board may be incomplete. The boot loader is not affected: reconnect the board and install again.",
+        t`Writing failed: ${words(error)}`,
+        t`The firmware on the board may be incomplete. The boot loader is not affected: reconnect the board and install again.`,
       );
     }
   }
@@ -104,7 +105,7 @@ export class BoardDevice {
     try {
       return await this.unlessLost(this.loader.readFlash(offset, size, (_packet, done, total) => progress("", done, total)));
     } catch (error) {
-      throw new FirmwareError(`Reading failed: ${words(error)}`, "Reconnect the board.");
+      throw new FirmwareError(t`Reading failed: ${words(error)}`, t`Reconnect the board.`);
     }
   }
 
@@ -123,11 +124,11 @@ export class BoardDevice {
     const features = this.chip.features.join(" ");
     const octal = OCTAL_PSRAM.test(features);
     if (octal && PSRAM_1V8.test(features))
-      throw new FirmwareError(`This module's memory runs at 1.8 V, and so do its GPIO47 and 48: not a ${board.name}`);
+      throw new FirmwareError(t`This module's memory runs at 1.8 V, and so do its GPIO47 and 48: not a ${board.name}`);
     if (octal && !board.psram_mb.some((size) => size >= 8))
-      throw new FirmwareError(`This module has octal PSRAM, which takes GPIO33 to 37; ${board.name} is for quad memory`);
+      throw new FirmwareError(t`This module has octal PSRAM, which takes GPIO33 to 37; ${board.name} is for quad memory`);
     if (!octal && this.chip.family === "ESP32-S3" && board.psram_mb.length > 0 && board.psram_mb.every((size) => size >= 8))
-      return ["No octal PSRAM in this module: the board for quad memory has more free pins."];
+      return [t`No octal PSRAM in this module: the board for quad memory has more free pins.`];
     return [];
   }
 }

@@ -3,6 +3,7 @@
  * Everything is checked before a byte goes to a board, and an error says what is wrong and what to do.
  */
 import type { Board } from "../tables";
+import { msg, t, tr } from "../words";
 
 export interface FirmwareIndex {
   schema: number;
@@ -46,7 +47,7 @@ export class FirmwareError extends Error {
 
 const SCHEMA = 1;
 const FOLDER = "firmware/";
-const AGAIN = "Reload the page; if that does not help, its files are from different releases.";
+const AGAIN = msg`Reload the page; if that does not help, its files are from different releases.`;
 
 /** Whatever gets a file of this page; tests have their own. */
 export type Fetch = (path: string) => Promise<Response>;
@@ -57,9 +58,9 @@ const fetchHere: Fetch = (path) => fetch(new URL(path, document.baseURI));
 export async function loadIndex(get: Fetch = fetchHere): Promise<FirmwareIndex | null> {
   const answer = await get(`${FOLDER}index.json`).catch(() => null);
   if (!answer || answer.status === 404) return null;
-  const index = (await json(answer, "the list of firmware")) as FirmwareIndex;
+  const index = (await json(answer, t`the list of firmware`)) as FirmwareIndex;
   if (index.schema !== SCHEMA || !Array.isArray(index.boards))
-    throw new FirmwareError(`The list of firmware has format ${index.schema}, and this page supports ${SCHEMA}`, AGAIN);
+    throw new FirmwareError(t`The list of firmware has format ${index.schema}, and this page supports ${SCHEMA}`, tr(AGAIN));
   return index;
 }
 
@@ -67,24 +68,24 @@ export async function loadIndex(get: Fetch = fetchHere): Promise<FirmwareIndex |
 export async function loadFirmware(index: FirmwareIndex, board: Board, get: Fetch = fetchHere): Promise<Firmware> {
   const row = index.boards.find((entry) => entry.id === board.id);
   const build = row?.manifests[0];
-  if (!row || !build) throw new FirmwareError(`No firmware for ${board.name} on this page`, row?.missing ?? "");
+  if (!row || !build) throw new FirmwareError(t`No firmware for ${board.name} on this page`, row?.missing ?? "");
   const manifest = await checkedJson(row, build.path, get);
   const { name, version, builds } = manifest as { name?: unknown; version?: unknown; builds?: unknown };
   const first: unknown = Array.isArray(builds) ? builds[0] : undefined;
   const { chipFamily, parts } = (first ?? {}) as { chipFamily?: unknown; parts?: unknown };
   if (typeof name !== "string" || typeof version !== "string" || typeof chipFamily !== "string" || !Array.isArray(parts))
-    throw new FirmwareError(`${build.path} is not an ESP Web Tools manifest`, AGAIN);
+    throw new FirmwareError(t`${build.path} is not an ESP Web Tools manifest`, tr(AGAIN));
   const folder = build.path.replace(/[^/]*$/, "");
   const loaded = await Promise.all(parts.map((part: unknown) => loadPart(row, folder, part, get)));
   if (chipFamily.replace(/-/g, "").toLowerCase() !== board.chip)
-    throw new FirmwareError(`This firmware is for an ${chipFamily}, and ${board.name} has an ${board.chip_name}`, AGAIN);
+    throw new FirmwareError(t`This firmware is for an ${chipFamily}, and ${board.name} has an ${board.chip_name}`, tr(AGAIN));
   return { board, name, version, chipFamily, flashMb: build.flash_mb ?? 0, parts: loaded };
 }
 
 async function loadPart(row: IndexRow, folder: string, part: unknown, get: Fetch): Promise<Part> {
   const { path, offset } = (part ?? {}) as { path?: unknown; offset?: unknown };
   if (typeof path !== "string" || typeof offset !== "number" || offset < 0 || !Number.isInteger(offset))
-    throw new FirmwareError("The manifest has a part without path or offset", AGAIN);
+    throw new FirmwareError(t`The manifest has a part without path or offset`, tr(AGAIN));
   return { name: path, offset, data: await checked(row, folder + path, get) };
 }
 
@@ -93,29 +94,29 @@ async function checkedJson(row: IndexRow, path: string, get: Fetch): Promise<unk
     return JSON.parse(new TextDecoder().decode(await checked(row, path, get)));
   } catch (error) {
     if (error instanceof FirmwareError) throw error;
-    throw new FirmwareError(`${path} is damaged: ${error instanceof Error ? error.message : error}`, AGAIN);
+    throw new FirmwareError(t`${path} is damaged: ${error instanceof Error ? error.message : error}`, tr(AGAIN));
   }
 }
 
 /** A file that has the size and the sum of the list. */
 async function checked(row: IndexRow, path: string, get: Fetch): Promise<Uint8Array> {
   const wanted = row.files.find((file) => file.path === path);
-  if (!wanted) throw new FirmwareError(`${path} is not in the list of firmware`, AGAIN);
+  if (!wanted) throw new FirmwareError(t`${path} is not in the list of firmware`, tr(AGAIN));
   const answer = await get(FOLDER + path).catch(() => null);
-  if (!answer?.ok) throw new FirmwareError(`${path} is missing${answer ? ` (${answer.status})` : ""}`, AGAIN);
+  if (!answer?.ok) throw new FirmwareError(t`${path} is missing${answer ? ` (${answer.status})` : ""}`, tr(AGAIN));
   const data = new Uint8Array(await answer.arrayBuffer());
   if (data.length !== wanted.size)
-    throw new FirmwareError(`${path} is damaged: ${data.length} bytes instead of ${wanted.size}`, AGAIN);
-  if ((await sha256(data)) !== wanted.sha256) throw new FirmwareError(`${path} is damaged: its SHA-256 differs`, AGAIN);
+    throw new FirmwareError(t`${path} is damaged: ${data.length} bytes instead of ${wanted.size}`, tr(AGAIN));
+  if ((await sha256(data)) !== wanted.sha256) throw new FirmwareError(t`${path} is damaged: its SHA-256 differs`, tr(AGAIN));
   return data;
 }
 
 async function json(answer: Response, what: string): Promise<unknown> {
-  if (!answer.ok) throw new FirmwareError(`${what} cannot be read: ${answer.status}`, AGAIN);
+  if (!answer.ok) throw new FirmwareError(t`${what} cannot be read: ${answer.status}`, tr(AGAIN));
   try {
     return await answer.json();
   } catch {
-    throw new FirmwareError(`${what} is damaged`, AGAIN);
+    throw new FirmwareError(t`${what} is damaged`, tr(AGAIN));
   }
 }
 

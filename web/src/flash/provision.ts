@@ -1,6 +1,7 @@
 /** Give a board that runs the name and password of a WiFi network, over its serial port: Improv Wi-Fi. */
 import type { ImprovSerial } from "improv-wifi-serial-sdk/dist/serial.js";
 import { BAUD } from "../link/serial";
+import { msg, t, tr } from "../words";
 
 export interface Joined {
   /** Of the board. */
@@ -27,9 +28,9 @@ const JOIN_MS = 40_000;
 const SCAN_MS = 20_000;
 
 const REASONS: Record<string, [string, string]> = {
-  UNABLE_TO_CONNECT: ["The board cannot connect to this network", "Check the password. The board supports 2.4 GHz only."],
-  INVALID_RPC_PACKET: ["The board rejected this name or password", "A password has 8 to 63 characters; an open network has none."],
-  UNKNOWN_ERROR: ["The board cannot join or search for a network now", "The machine must be stopped, and WiFi must be on."],
+  UNABLE_TO_CONNECT: [msg`The board cannot connect to this network`, msg`Check the password. The board supports 2.4 GHz only.`],
+  INVALID_RPC_PACKET: [msg`The board rejected this name or password`, msg`A password has 8 to 63 characters; an open network has none.`],
+  UNKNOWN_ERROR: [msg`The board cannot join or search for a network now`, msg`The machine must be stopped, and WiFi must be on.`],
 };
 
 const quiet = { log: () => {}, error: () => {}, debug: () => {} };
@@ -62,18 +63,18 @@ async function withBoard<T>(port: SerialPort, talk: (board: ImprovSerial, info: 
   try {
     await port.open({ baudRate: BAUD, bufferSize: 4096 });
   } catch {
-    throw new ProvisionError("The serial port cannot be opened", "Check that no other program uses it.");
+    throw new ProvisionError(t`The serial port cannot be opened`, t`Check that no other program uses it.`);
   }
   const board = new ImprovSerial(port, quiet);
   try {
     const info = await board.initialize(HELLO_MS).catch(() => {
-      throw new ProvisionError("The board does not answer", "Is WiFiCNC installed on it? Press its reset button and try again.");
+      throw new ProvisionError(t`The board does not answer`, t`Is WiFiCNC installed on it? Press its reset button and try again.`);
     });
     return await talk(board, info);
   } catch (error) {
     if (error instanceof ProvisionError) throw error;
     const [title, hint] = REASONS[error instanceof Error ? error.message : String(error)] ?? [String(error), ""];
-    throw new ProvisionError(title, hint);
+    throw new ProvisionError(tr(title), tr(hint));
   } finally {
     await board.close().catch(() => {});
     await port.close().catch(() => {}); // it may be unplugged

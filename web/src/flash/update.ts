@@ -7,6 +7,7 @@ import { sha256 } from "@noble/hashes/sha2.js";
 import { bytesToHex, utf8ToBytes } from "@noble/hashes/utils.js";
 import { keySecret, loginProof } from "../link/login";
 import { FirmwareError } from "./manifest";
+import { msg, t, tr } from "../words";
 
 export interface Update {
   name: string;
@@ -33,31 +34,31 @@ const RESTART_MS = 3000;
 const BACK_MS = 90_000;
 const AGAIN_MS = 1000;
 
-const WHICH = "A release has them as …-BOARD-firmware.bin and …-BOARD-firmware.sig, `wificnc build` as firmware.bin and firmware.sig.";
+const WHICH = msg`A release has them as …-BOARD-firmware.bin and …-BOARD-firmware.sig, \`wificnc build\` as firmware.bin and firmware.sig.`;
 const HINTS: readonly [string, string][] = [
-  ["access key", "It is shown over USB. Case, dashes and spaces do not matter."],
-  ["not signed", "An update comes from who has built the firmware that runs (docs/security.md)."],
+  ["access key", msg`It is shown over USB. Case, dashes and spaces do not matter.`],
+  ["not signed", msg`An update comes from who has built the firmware that runs (docs/security.md).`],
   ["another chip", WHICH],
   ["another product", WHICH],
-  ["damaged", "Send it again."],
+  ["damaged", msg`Send it again.`],
 ];
 
 /** An image and its signature, and perhaps the list of their release. Throws a FirmwareError. */
 export function readUpdate(files: readonly NamedFile[], board: string): Update {
   const image = only(files, ".bin", "firmware");
   const signature = rawSignature(only(files, ".sig", "signature"));
-  if (image.data[0] !== IMAGE_MAGIC) throw new FirmwareError(`${image.name} is not a firmware image of an ESP32`, WHICH);
+  if (image.data[0] !== IMAGE_MAGIC) throw new FirmwareError(t`${image.name} is not a firmware image of an ESP32`, tr(WHICH));
   const made = boardOf(image.data);
-  if (made === null) throw new FirmwareError(`${image.name} is not a firmware of WiFiCNC`, WHICH);
-  if (made !== board) throw new FirmwareError(`${image.name} is for the board ${made}, and this controller is a ${board}`, `Choose the firmware of ${board}.`);
+  if (made === null) throw new FirmwareError(t`${image.name} is not a firmware of WiFiCNC`, tr(WHICH));
+  if (made !== board) throw new FirmwareError(t`${image.name} is for the board ${made}, and this controller is a ${board}`, t`Choose the firmware of ${board}.`);
   for (const list of files.filter((file) => file.name.endsWith(".json"))) checkByList(list, image);
   return { name: image.name, data: image.data, signature };
 }
 
 function only(files: readonly NamedFile[], end: string, what: string): NamedFile {
   const [first, ...more] = files.filter((file) => file.name.endsWith(end));
-  if (!first) throw new FirmwareError(`The ${what} is missing: choose two files, one that ends with .bin and one with .sig`, WHICH);
-  if (more.length > 0) throw new FirmwareError(`There are ${more.length + 1} files that end with ${end}: choose one`, WHICH);
+  if (!first) throw new FirmwareError(t`The ${what} is missing: choose two files, one that ends with .bin and one with .sig`, tr(WHICH));
+  if (more.length > 0) throw new FirmwareError(t`There are ${more.length + 1} files that end with ${end}: choose one`, tr(WHICH));
   return first;
 }
 
@@ -79,7 +80,7 @@ function rawSignature(file: NamedFile): Uint8Array {
 }
 
 function notSigned(file: NamedFile): FirmwareError {
-  return new FirmwareError(`${file.name} is not a signature of a firmware`, WHICH);
+  return new FirmwareError(t`${file.name} is not a signature of a firmware`, tr(WHICH));
 }
 
 /** The id in what the firmware answers to GET api/controller (targets/esp32/net/page.c). */
@@ -105,13 +106,13 @@ function checkByList(list: NamedFile, image: NamedFile): void {
   try {
     boards = (JSON.parse(new TextDecoder().decode(list.data)) as { boards?: unknown }).boards;
   } catch {
-    throw new FirmwareError(`${list.name} is damaged: it is not JSON`);
+    throw new FirmwareError(t`${list.name} is damaged: it is not JSON`);
   }
   const rows = (Array.isArray(boards) ? boards : []).flatMap((row: { files?: Listed[] }) => row.files ?? []);
   const wanted = rows.find((row) => typeof row.path === "string" && row.path.replace(/^.*\//, "") === image.name);
-  if (!wanted) throw new FirmwareError(`${list.name} does not list ${image.name}`, "Both must be of one release, and keep their names.");
+  if (!wanted) throw new FirmwareError(t`${list.name} does not list ${image.name}`, t`Both must be of one release, and keep their names.`);
   if (wanted.size !== image.data.length || wanted.sha256 !== bytesToHex(sha256(image.data)))
-    throw new FirmwareError(`${image.name} is damaged: ${list.name} has another size or SHA-256`, "Download it again.");
+    throw new FirmwareError(t`${image.name} is damaged: ${list.name} has another size or SHA-256`, t`Download it again.`);
 }
 
 // ---- the connection ----
@@ -148,9 +149,9 @@ class Lines {
     for (;;) {
       const line = this.take();
       if (line !== null) return line;
-      if (this.ended) throw new FirmwareError("The connection to the controller was lost", "The old firmware still runs: send it again.");
+      if (this.ended) throw new FirmwareError(t`The connection to the controller was lost`, t`The old firmware still runs: send it again.`);
       await new Promise<void>((resolve, reject) => {
-        const timer = setTimeout(() => reject(new FirmwareError("The controller has stopped answering", "The old firmware still runs: send it again.")), ANSWER_MS);
+        const timer = setTimeout(() => reject(new FirmwareError(t`The controller has stopped answering`, t`The old firmware still runs: send it again.`)), ANSWER_MS);
         this.wake = () => {
           clearTimeout(timer);
           resolve();
@@ -164,7 +165,7 @@ class Lines {
 function good(line: string): string {
   if (!line.startsWith("ERROR ")) return line;
   const why = line.slice("ERROR ".length);
-  throw new FirmwareError(`The controller refuses the update: ${why}`, HINTS.find(([word]) => why.includes(word))?.[1] ?? "");
+  throw new FirmwareError(t`The controller refuses the update: ${why}`, tr(HINTS.find(([word]) => why.includes(word))?.[1] ?? ""));
 }
 
 function address(path: string): string {
@@ -178,7 +179,7 @@ export async function sendUpdate(update: Update, key: string, progress: (share: 
   const lines = new Lines(new WebSocket(address("./update")));
   try {
     const [name, version, , nonce, salt, rounds] = good(await lines.next()).split(" ");
-    if (name !== "WIFICNC-OTA" || version !== "3" || !nonce || !salt) throw new FirmwareError("The controller does not support the updates of this page");
+    if (name !== "WIFICNC-OTA" || version !== "3" || !nonce || !salt) throw new FirmwareError(t`The controller does not support the updates of this page`);
     const request = `${update.data.length} ${bytesToHex(sha256(update.data))} ${bytesToHex(update.signature)}`;
     const proof = hmac(sha256, keySecret(key, salt, Number(rounds)), utf8ToBytes(`${nonce} ${request}`));
     lines.socket.send(utf8ToBytes(`${request} ${bytesToHex(proof)}\n`));
@@ -218,8 +219,8 @@ export async function reachNew(key: string, what = "firmware"): Promise<void> {
     await pause(AGAIN_MS);
   }
   throw new FirmwareError(
-    `The controller does not come back with the new ${what}`,
-    `The old ${what} return${what.endsWith("s") ? "" : "s"} 5 minutes after the start. Then open this page again.`,
+    t`The controller does not come back with the new ${what}`,
+    t`What was there before returns 5 minutes after the start. Then open this page again.`,
   );
 }
 

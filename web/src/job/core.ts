@@ -3,6 +3,7 @@
  * in virtual time. Runs in a worker; nothing here touches the page.
  */
 import { TABLES, type HostField } from "../tables";
+import { t } from "../words";
 
 export interface Report {
   seconds: number;
@@ -146,7 +147,7 @@ export class Core {
   }
 
   open(board: Record<HostField, number>): void {
-    if (this.c.core_open(...BOARD_FIELDS.map((name) => board[name])) !== 0) throw new Error("no memory for the core");
+    if (this.c.core_open(...BOARD_FIELDS.map((name) => board[name])) !== 0) throw new Error(t`no memory for the core`);
   }
 
   /** A line before the job. @returns 0, N of error:N, or -1: no answer */
@@ -156,7 +157,7 @@ export class Core {
 
   begin(job: string, sampleMs: number): void {
     const failed = this.withText(job, (address, size) => this.c.core_load(address, size, sampleMs));
-    if (failed) throw new Error("no memory for the job");
+    if (failed) throw new Error(t`no memory for the job`);
   }
 
   /** @returns whether there is more */
@@ -194,7 +195,7 @@ export class Core {
   /** Power-on state at this place (machine coordinates). */
   rebuild(axisCount: number, machineMm: readonly number[]): void {
     this.setAxes(machineMm);
-    if (this.c.core_rebuild(axisCount) !== 0) throw new Error("no memory for the core");
+    if (this.c.core_rebuild(axisCount) !== 0) throw new Error(t`no memory for the core`);
   }
 
   /** A row of `$#`: 0.. = G54.., -28, -30, -92, -43 = tool length. */
@@ -221,7 +222,7 @@ export class Core {
   private withText(text: string, use: (address: Address, size: number) => number): number {
     const bytes = new TextEncoder().encode(text);
     const address = this.c.core_alloc(bytes.length + 1);
-    if (!address) throw new Error("no memory for the text");
+    if (!address) throw new Error(t`no memory for the text`);
     new Uint8Array(this.c.memory.buffer, address, bytes.length).set(bytes);
     const result = use(address, bytes.length);
     this.c.core_free(address);

@@ -1,6 +1,7 @@
 /** What a laser burns: `wificnc sim --plot` draws the same (cli/wificnc/sim/engraving.py). Pure. */
 import { TABLES } from "../tables";
 import { PIECE_WORDS, type Report } from "./core";
+import { t } from "../words";
 
 const LOOK = TABLES.look.engraving;
 const LEVELS = TABLES.look.speed.levels;
@@ -66,10 +67,7 @@ export function laserWarning(
   if (burnt.slow_mm === 0) return null;
   const place = burnt.worst_mm.map((mm, i) => `${TABLES.axes[i]}${(mm - (origin_mm[i] ?? 0)).toFixed(3)}`).join(" ");
   return {
-    title: "Constant power (M3) burns more where the machine is slower than F",
-    text:
-      `More than ${burnt.limit} x the energy of the feed on ${burnt.slow_mm.toFixed(1)} mm of ${burnt.constant_mm.toFixed(1)} mm, ` +
-      `at most ${burnt.worst.toFixed(1)} x in line ${burnt.worst_line} at ${place}. Use M4, whose power follows the speed, or a lower F, ` +
-      "or overscan: begin and end lines outside of the picture with S0.",
+    title: t`Constant power (M3) burns more where the machine is slower than F`,
+    text: t`More than ${burnt.limit} x the energy of the feed on ${burnt.slow_mm.toFixed(1)} mm of ${burnt.constant_mm.toFixed(1)} mm, at most ${burnt.worst.toFixed(1)} x in line ${burnt.worst_line} at ${place}. Use M4, whose power follows the speed, or a lower F, or overscan: begin and end lines outside of the picture with S0.`,
   };
 }

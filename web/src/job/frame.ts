@@ -1,6 +1,7 @@
 /** The outline of a job: once around its bounds with the tool up, or with the laser at low power. Pure. */
 import { AXES, settingNumber } from "../tables";
 import type { Standing } from "./standing";
+import { t } from "../words";
 
 export interface Frame {
   /** One after the other, each when the machine rests; the last ones bring back what was before. */
@@ -29,11 +30,11 @@ const ROUNDING_MM = 0.005;
 /** @param min_mm, max_mm  bounds of the job in machine coordinates */
 export function planFrame(standing: Standing, min_mm: readonly number[], max_mm: readonly number[], wish: FrameWish): FramePlan {
   const laser = Number(standing.settings.get(LASER_MODE) ?? 0) > 0;
-  if (standing.machine_mm.length === 0) return refuse("The controller has not reported its place and settings yet. Try again in a moment.");
-  if (!(wish.feed_mm_min >= 10 && wish.feed_mm_min <= 20_000)) return refuse("The feed must be from 10 to 20000 mm/min.");
-  if (!(wish.lift_mm >= 0 && wish.lift_mm <= 200)) return refuse("The lift must be from 0 to 200 mm: the outline never lowers Z.");
-  if (!(wish.power_pct >= 0 && wish.power_pct <= LASER_LIMIT_PCT)) return refuse(`The power must be from 0 to ${LASER_LIMIT_PCT} %.`);
-  if (wish.power_pct > 0 && !laser) return refuse(`The laser needs laser mode ($${LASER_MODE}=1): without it this would turn a spindle.`);
+  if (standing.machine_mm.length === 0) return refuse(t`The controller has not reported its place and settings yet. Try again in a moment.`);
+  if (!(wish.feed_mm_min >= 10 && wish.feed_mm_min <= 20_000)) return refuse(t`The feed must be from 10 to 20000 mm/min.`);
+  if (!(wish.lift_mm >= 0 && wish.lift_mm <= 200)) return refuse(t`The lift must be from 0 to 200 mm: the outline never lowers Z.`);
+  if (!(wish.power_pct >= 0 && wish.power_pct <= LASER_LIMIT_PCT)) return refuse(t`The power must be from 0 to ${LASER_LIMIT_PCT} %.`);
+  if (wish.power_pct > 0 && !laser) return refuse(t`The laser needs laser mode ($${LASER_MODE}=1): without it this would turn a spindle.`);
   const lift_mm = standing.machine_mm.length > Z ? wish.lift_mm : 0;
   for (const axis of [X, Y, ...(lift_mm > 0 ? [Z] : [])]) {
     const [low, high] = axis === Z ? [standing.machine_mm[Z]!, standing.machine_mm[Z]! + lift_mm] : [min_mm[axis]!, max_mm[axis]!];
@@ -53,7 +54,7 @@ export function planFrame(standing: Standing, min_mm: readonly number[], max_mm:
   const around = wish.power_pct > 0 ? lit(standing, corners.slice(1), wish) : corners.slice(1).map(jog);
   const down = lift_mm > 0 ? [`$J=G21G91Z${number(-lift_mm)}F${number(Math.min(600, wish.feed_mm_min))}`] : [];
   const unplaced = [X, Y].filter((axis) => !standing.homed.includes(AXES[axis]!)).map((axis) => AXES[axis]);
-  const notes = unplaced.length > 0 ? [`${unplaced.join(" and ")}: not homed, so whether the outline stays within the travel is not known.`] : [];
+  const notes = unplaced.length > 0 ? [t`${unplaced.join(t` and `)}: not homed, so whether the outline stays within the travel is not known.`] : [];
   return { kind: "go", frame: { lines: [...up, jog(corners[0]!), ...around, jog(begin), ...down], notes } };
 }
 
@@ -75,7 +76,7 @@ function outside(standing: Standing, axis: number, low_mm: number, high_mm: numb
   const name = AXES[axis]!;
   if (travel_mm <= 0 || !standing.homed.includes(name)) return "";
   if (low_mm >= -travel_mm - ROUNDING_MM && high_mm <= ROUNDING_MM) return "";
-  return `${name} would move from ${low_mm.toFixed(1)} to ${high_mm.toFixed(1)} mm in machine coordinates; its travel is from ${(-travel_mm).toFixed(1)} to 0.`;
+  return t`${name} would move from ${low_mm.toFixed(1)} to ${high_mm.toFixed(1)} mm in machine coordinates; its travel is from ${(-travel_mm).toFixed(1)} to 0.`;
 }
 
 function refuse(why: string): FramePlan {

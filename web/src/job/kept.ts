@@ -3,6 +3,8 @@
  * Text and place are two records: the place is written while the job runs. Two tabs share them: a job that runs takes
  * them back from one that was only loaded.
  */
+import { t } from "../words";
+
 export interface KeptJob {
   /** Of this loading of the file. */
   id: string;
@@ -30,7 +32,7 @@ function opened(): Promise<IDBDatabase> {
     const asked = indexedDB.open(DATABASE, 1);
     asked.onupgradeneeded = () => asked.result.createObjectStore(STORE);
     asked.onsuccess = () => resolve(asked.result);
-    asked.onerror = asked.onblocked = () => reject(asked.error ?? new Error("the database is blocked"));
+    asked.onerror = asked.onblocked = () => reject(asked.error ?? new Error(t`the database is blocked`));
   });
   return database;
 }
@@ -40,7 +42,7 @@ async function transact(work: (store: IDBObjectStore) => void, mode: IDBTransact
   const transaction = (await opened()).transaction(STORE, mode);
   const done = new Promise<void>((resolve, reject) => {
     transaction.oncomplete = () => resolve();
-    transaction.onerror = transaction.onabort = () => reject(transaction.error ?? new Error("the browser's storage is full"));
+    transaction.onerror = transaction.onabort = () => reject(transaction.error ?? new Error(t`the browser's storage is full`));
   });
   work(transaction.objectStore(STORE));
   return done;

@@ -9,6 +9,7 @@ import { linesBefore, type Standing } from "./standing";
 import { ResumeError, type MachineFacts, type Resume } from "./resume";
 import type { PreflightRequest, ResumeRequest, Timeline, WorkerReply } from "./worker";
 import { alarmWords, errorWords } from "../tables";
+import { catalogue, t } from "../words";
 
 export interface Preflight {
   program: Program;
@@ -21,7 +22,7 @@ export interface Preflight {
   refused: string[];
 }
 
-type Request = Omit<PreflightRequest, "id" | "wasm"> | Omit<ResumeRequest, "id" | "wasm">;
+type Request = Omit<PreflightRequest, "id" | "wasm" | "words"> | Omit<ResumeRequest, "id" | "wasm" | "words">;
 type Finished = Exclude<WorkerReply, { kind: "progress" }>;
 
 export class PreflightRunner {
@@ -65,7 +66,7 @@ export class PreflightRunner {
   /** Rejects with a ResumeError when it cannot be known how the job stood there. */
   async plan(lines: JobLine[], line: number, facts: MachineFacts): Promise<Resume> {
     const done = await this.ask({ kind: "resume", lines, line, facts }, () => {});
-    if (done?.kind !== "resume") throw new ResumeError("The resume was cancelled");
+    if (done?.kind !== "resume") throw new ResumeError(t`The resume was cancelled`);
     return done.resume;
   }
 
@@ -85,13 +86,13 @@ export class PreflightRunner {
         else resolve(reply);
       };
       worker.onerror = (event) => reject(new Error(event.message));
-      worker.postMessage({ ...request, id, wasm }, [wasm]);
+      worker.postMessage({ ...request, id, wasm, words: catalogue() }, [wasm]);
     });
   }
 
   private module(): Promise<ArrayBuffer> {
     this.wasm ??= fetch(wasmUrl).then((answer) => {
-      if (!answer.ok) throw new Error(`cannot load the core: ${answer.status}`);
+      if (!answer.ok) throw new Error(t`cannot load the core: ${answer.status}`);
       return answer.arrayBuffer();
     });
     return this.wasm;
@@ -100,16 +101,16 @@ export class PreflightRunner {
 
 /** One finding of the preflight, in words. */
 export function describe(error: CoreError): string {
-  const where = error.line ? `Line ${error.line}: ` : "";
+  const where = error.line ? t`Line ${error.line}: ` : "";
   switch (error.kind) {
     case ErrorKind.Error:
-      return `${where}error ${error.code}, ${errorWords(error.code)}`;
+      return t`${where}error ${error.code}, ${errorWords(error.code)}`;
     case ErrorKind.Alarm:
-      return `${where}alarm ${error.code}, ${alarmWords(error.code)}`;
+      return t`${where}alarm ${error.code}, ${alarmWords(error.code)}`;
     case ErrorKind.NoAnswer:
-      return `${where}the controller never answers this line`;
+      return t`${where}the controller never answers this line`;
     default:
-      return `${where}the job would end here`;
+      return t`${where}the job would end here`;
   }
 }
 

@@ -2,6 +2,8 @@
  * A G-code file -> the lines that go to the controller. Comments and blanks stay here: a `!`, `?`, `~` or a byte of an
  * `ü` in a comment would be a command. Line numbers are those of the file.
  */
+import { t } from "../words";
+
 
 export interface JobLine {
   /** 1-based in the file. */
@@ -65,15 +67,15 @@ export function readProgram(name: string, source: string): Program {
   all.forEach((text, i) => {
     const code = codeOf(text);
     if (code === "" || MARK.test(code)) return;
-    if (O_LINE.test(code)) faults.push(`line ${i + 1}: O words cannot run in a stream: convert the file with wificnc expand`);
-    else if (FORBIDDEN.test(code)) faults.push(`line ${i + 1}: characters that a controller reads as commands`);
-    else if (code.length > LONGEST_CODE) faults.push(`line ${i + 1}: more than ${LONGEST_CODE} characters of code`);
+    if (O_LINE.test(code)) faults.push(t`line ${i + 1}: O words cannot run in a stream: convert the file with wificnc expand`);
+    else if (FORBIDDEN.test(code)) faults.push(t`line ${i + 1}: characters that a controller reads as commands`);
+    else if (code.length > LONGEST_CODE) faults.push(t`line ${i + 1}: more than ${LONGEST_CODE} characters of code`);
     lines.push({ number: i + 1, text: text.trim(), code });
   });
   if (faults.length > 0) {
-    const more = faults.length > FAULTS_SHOWN ? `; and ${faults.length - FAULTS_SHOWN} more` : "";
-    throw new ProgramError(`${name} cannot be sent: ${faults.slice(0, FAULTS_SHOWN).join("; ")}${more}`);
+    const more = faults.length > FAULTS_SHOWN ? t`; and ${faults.length - FAULTS_SHOWN} more` : "";
+    throw new ProgramError(t`${name} cannot be sent: ${faults.slice(0, FAULTS_SHOWN).join("; ")}${more}`);
   }
-  if (lines.length === 0) throw new ProgramError(`${name} has no G-code`);
+  if (lines.length === 0) throw new ProgramError(t`${name} has no G-code`);
   return { name, source, lines, fileLines: all.length };
 }

@@ -9,6 +9,7 @@
 import { AXES, errorWords } from "../tables";
 import type { Core, Modes } from "./core";
 import type { JobLine } from "./program";
+import { t } from "../words";
 
 /** What the controller says of itself before the resume; mm. */
 export interface MachineFacts {
@@ -60,8 +61,8 @@ const AXES_FOR_OTHERS = new Set([10, 28, 28.1, 30, 30.1, 43, 43.1, 92, 92.1]);
 export function planResume(core: Core, lines: readonly JobLine[], line: number, facts: MachineFacts): Resume {
   const before = lines.filter((entry) => entry.number < line);
   const rest = lines.filter((entry) => entry.number >= line);
-  if (rest.length === 0) throw new ResumeError(`Nothing to send from line ${line}`);
-  if (!facts.offsets.G54) throw new ResumeError("The controller has not reported its offsets", "Connect again while the machine is stopped.");
+  if (rest.length === 0) throw new ResumeError(t`Nothing to send from line ${line}`);
+  if (!facts.offsets.G54) throw new ResumeError(t`The controller has not reported its offsets`, t`Connect again while the machine is stopped.`);
   const here = run(core, before, facts, SOMEWHERE_MM);
   const there = run(core, before, facts, ELSEWHERE_MM);
   const known = knownAxes(here, there, facts);
@@ -83,7 +84,7 @@ function run(core: Core, lines: readonly JobLine[], facts: MachineFacts, start: 
   }
   for (const line of lines) {
     const code = core.rebuildLine(line.code);
-    if (code) throw new ResumeError(`Line ${line.number} (${line.text}), before the resume: ${errorWords(code)}`);
+    if (code) throw new ResumeError(t`Line ${line.number} (${line.text}), before the resume: ${errorWords(code)}`);
   }
   return core.modes();
 }
@@ -91,19 +92,19 @@ function run(core: Core, lines: readonly JobLine[], facts: MachineFacts, start: 
 function knownAxes(here: Modes, there: Modes, facts: MachineFacts): boolean[] {
   const g92 = facts.offsets.G92 ?? [];
   if (here.g92_mm.some((value, i) => Math.abs(value - (g92[i] ?? 0)) > SAME_MM))
-    throw new ResumeError("The lines before set a G92 offset, which depends on the machine's position at that time");
+    throw new ResumeError(t`The lines before set a G92 offset, which depends on the machine's position at that time`);
   if (ROW_MODES.has(here.motion_g10))
     throw new ResumeError(
-      `The lines before are in a sequence of canned cycles or splines (${gWord(here.motion_g10)})`,
-      "Resume at the first line of the sequence, or after the next G0, G1 or G80.",
+      t`The lines before are in a sequence of canned cycles or splines (${gWord(here.motion_g10)})`,
+      t`Resume at the first line of the sequence, or after the next G0, G1 or G80.`,
     );
   const known = here.work_mm.map((value, i) => Math.abs(value - (there.work_mm[i] ?? NaN)) < SAME_MM);
   const moved = here.moved | there.moved;
   const lost = [...AXES].filter((_, i) => i < facts.axisCount && !known[i] && (moved >> i) & 1);
   if (lost.length > 0)
     throw new ResumeError(
-      `Where ${lost.join(" and ")} should be is unknown: it depends on the position at the start of the job`,
-      "Relative moves (G91), G28, G30 and G53 cause this; resume after a line with absolute coordinates.",
+      t`Where ${lost.join(t` and `)} should be is unknown: it depends on the position at the start of the job`,
+      t`Relative moves (G91), G28, G30 and G53 cause this; resume after a line with absolute coordinates.`,
     );
   return known;
 }
@@ -140,7 +141,7 @@ function safeZ(here: Modes, there: Modes, facts: MachineFacts): number | null {
   );
   const [top, other] = tops;
   if (top === null || top === undefined || other === null || other === undefined) return null;
-  if (Math.abs(top - other) >= SAME_MM) throw new ResumeError("No safe height found in the lines before");
+  if (Math.abs(top - other) >= SAME_MM) throw new ResumeError(t`No safe height found in the lines before`);
   return Math.max(facts.machine_mm[Z]! - offset, top);
 }
 
@@ -198,7 +199,7 @@ function check(core: Core, wanted: Modes, known: boolean[], preamble: readonly s
   wrong.push(...NEAR_WORDS.filter((name) => !near(got[name], wanted[name])));
   if (motionStandsAlone(wanted) && got.motion_g10 !== wanted.motion_g10) wrong.push("motion");
   wrong.push(...[...AXES].filter((_, i) => i < facts.axisCount && known[i] && !near(got.work_mm[i]!, wanted.work_mm[i]!)));
-  if (wrong.length > 0) throw new ResumeError(`The resume would not restore ${wrong.join(", ")}: please report this job`);
+  if (wrong.length > 0) throw new ResumeError(t`The resume would not restore ${wrong.join(", ")}: please report this job`);
 }
 
 function near(got: number, wanted: number): boolean {
@@ -208,9 +209,9 @@ function near(got: number, wanted: number): boolean {
 function notesOf(modes: Modes, known: boolean[], facts: MachineFacts): string[] {
   const notes: string[] = [];
   if (modes.stored)
-    notes.push("Lines before store offsets (G10, G28.1, G30.1) or use the tool table (G43): they are assumed to be stored in the controller already.");
+    notes.push(t`Lines before store offsets (G10, G28.1, G30.1) or use the tool table (G43): they are assumed to be stored in the controller already.`);
   const still = [...AXES].filter((_, i) => i < Math.min(3, facts.axisCount) && !known[i]);
-  if (still.length > 0) notes.push(`${still.join(" and ")} does not move: the lines before do not position it.`);
+  if (still.length > 0) notes.push(t`${still.join(t` and `)} does not move: the lines before do not position it.`);
   return notes;
 }
 

@@ -7,6 +7,7 @@ import type { Controller } from "../link/controller";
 import type { Status } from "../link/messages";
 import { alarmWords, errorWords } from "../tables";
 import { numbered, type JobLine, type Program } from "./program";
+import { t } from "../words";
 
 export type JobState = "none" | "ready" | "running" | "stopping" | "done" | "stopped" | "failed" | "lost" | "left";
 
@@ -38,6 +39,8 @@ export class JobRunner {
   private readonly lines = signal<readonly JobLine[]>([]);
   private indexOf: ReadonlyMap<number, number> = new Map();
   private run = 0;
+  /** The user has stopped it, and nothing had gone wrong before. */
+  private byHand = false;
   /** The report that was there when a `$` line came up: a newer one must say that nothing moves. */
   private reportBefore: Status | null = null;
   /** The line that reports still name from before this run; null: they name this run's. */
@@ -102,7 +105,8 @@ export class JobRunner {
   stop(): void {
     if (this.state.value !== "running") return;
     this.state.value = "stopping";
-    this.why.value ||= "stopped by hand";
+    this.byHand = this.why.value === "";
+    if (this.byHand) this.why.value = t`stopped by hand`;
     this.controller.realtime("HOLD");
     this.resetAtRest(this.controller.status.peek());
   }
@@ -158,7 +162,7 @@ export class JobRunner {
   private hear(status: Status): void {
     if (!this.active.peek()) return;
     this.hearLine(status.line);
-    if (status.state === "Alarm") this.finish("failed", `the machine is locked; ${this.where()}`);
+    if (status.state === "Alarm") this.finish("failed", t`the machine is locked; ${this.where()}`);
     const place = `${status.state} ${String(status.mpos ?? status.wpos)}`;
     this.restingReports = place === this.restingPlace ? this.restingReports + 1 : 1;
     this.restingPlace = place;
@@ -177,26 +181,26 @@ export class JobRunner {
   }
 
   private hearAlarm(code: number): void {
-    if (this.active.peek()) this.finish("failed", `alarm ${code}, ${alarmWords(code)}; ${this.where()}`);
+    if (this.active.peek()) this.finish("failed", t`alarm ${code}, ${alarmWords(code)}; ${this.where()}`);
   }
 
   private refuse(line: JobLine, code: number): void {
     if (this.state.value !== "running") return;
-    this.why.value = `line ${line.number} (${line.text}): error ${code}, ${errorWords(code)}`;
+    this.why.value = t`line ${line.number} (${line.text}): error ${code}, ${errorWords(code)}`;
     this.stop();
   }
 
   private breakOff(what: "reset" | "lost" | "closed"): void {
     if (!this.active.value) return;
-    if (what !== "reset") this.finish("lost", `${this.controller.lostWhy.value || "the connection was closed"}; ${this.where()}`);
+    if (what !== "reset") this.finish("lost", `${this.controller.lostWhy.value || t`the connection was closed`}; ${this.where()}`);
     else if (this.state.value === "stopping")
-      this.finish(this.why.value === "stopped by hand" ? "stopped" : "failed", this.why.value);
-    else this.finish("failed", `the controller was reset; ${this.where()}`);
+      this.finish(this.byHand ? "stopped" : "failed", this.why.value);
+    else this.finish("failed", t`the controller was reset; ${this.where()}`);
   }
 
   private where(): string {
     const line = this.currentLine.peek();
-    return line ? `line ${line} was being executed` : "no executed line was reported";
+    return line ? t`line ${line} was being executed` : t`no executed line was reported`;
   }
 
   private finish(state: JobState, why: string): void {

@@ -4,6 +4,7 @@
  */
 import { AXES, findSetting, settingNumber } from "../tables";
 import { sendingOrder } from "../link/settingsfile";
+import { t } from "../words";
 
 /** mm, and degrees of rotary axes; of a machine that reports in inches, converted. */
 export interface Standing {
@@ -98,10 +99,10 @@ export function travelFindings(standing: Standing, min_mm: readonly number[], ma
     if (isHomed && (low_mm < -travel_mm - ROUNDING_MM || high_mm > ROUNDING_MM))
       found.push({
         axis,
-        text: `${axis} moves from ${low_mm.toFixed(1)} to ${high_mm.toFixed(1)} mm in machine coordinates; its travel is from ${(-travel_mm).toFixed(1)} to 0.`,
+        text: t`${axis} moves from ${low_mm.toFixed(1)} to ${high_mm.toFixed(1)} mm in machine coordinates; its travel is from ${(-travel_mm).toFixed(1)} to 0.`,
       });
     else if (!isHomed && high_mm - low_mm > travel_mm + ROUNDING_MM)
-      found.push({ axis, text: `${axis} moves over ${(high_mm - low_mm).toFixed(1)} mm; its travel ($${TRAVEL + i}) is ${travel_mm.toFixed(1)} mm.` });
+      found.push({ axis, text: t`${axis} moves over ${(high_mm - low_mm).toFixed(1)} mm; its travel ($${TRAVEL + i}) is ${travel_mm.toFixed(1)} mm.` });
   });
   return found;
 }

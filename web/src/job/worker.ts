@@ -5,11 +5,13 @@ import { TABLES, type HostField } from "../tables";
 import { matters } from "./standing";
 import { planResume, ResumeError, type MachineFacts, type Resume } from "./resume";
 import type { JobLine } from "./program";
+import { useCatalogue, type Catalogue } from "../words";
 
 export interface PreflightRequest {
   kind: "preflight";
   id: number;
   wasm: ArrayBuffer;
+  words: Catalogue;
   board: Record<HostField, number>;
   /** Lines before the job (standing.ts). */
   before: string[];
@@ -22,6 +24,7 @@ export interface ResumeRequest {
   kind: "resume";
   id: number;
   wasm: ArrayBuffer;
+  words: Catalogue;
   lines: JobLine[];
   line: number;
   facts: MachineFacts;
@@ -75,6 +78,7 @@ async function resume(request: ResumeRequest): Promise<void> {
 
 self.onmessage = (event: MessageEvent<PreflightRequest | ResumeRequest>) => {
   const request = event.data;
+  useCatalogue(() => request.words);
   const work = request.kind === "preflight" ? preflight(request) : resume(request);
   work.catch((error: unknown) => {
     const hint = error instanceof ResumeError ? error.hint : "";

@@ -10,6 +10,7 @@ import { LineSplitter, parse, receiveBuffer, type Message, type Status } from ".
 import { LineQueue, SMALLEST_BUFFER, type Answer } from "./queue";
 import { changedBy, isQuestion, QUESTIONS, type Question } from "./questions";
 import { LinkError, type Transport } from "./transport";
+import { t } from "../words";
 
 export type LinkState = "closed" | "opening" | "open" | "lost";
 /** Whose lines the controller takes. */
@@ -61,7 +62,7 @@ export class RefusedError extends Error {
     readonly line: string,
     readonly code: number | null,
   ) {
-    super(code === null ? `${line}: the controller was reset or is gone` : `${line}: error ${code}, ${errorWords(code)}`);
+    super(code === null ? t`${line}: the controller was reset or is gone` : t`${line}: error ${code}, ${errorWords(code)}`);
   }
 }
 
@@ -170,8 +171,8 @@ export class Controller {
     if (!(await firstWord)) {
       await this.disconnect();
       throw new LinkError(
-        "The port is open, but no controller answers",
-        "Check that WiFiCNC is installed on this board (Install tab), or try another port.",
+        t`The port is open, but no controller answers`,
+        t`Check that WiFiCNC is installed on this board (Install tab), or try another port.`,
       );
     }
     await this.catchUp();
@@ -226,10 +227,10 @@ export class Controller {
       const stop = effect(() => {
         const [status, link] = [this.status.value, this.link.value];
         const end = (how: () => void): void => queueMicrotask(() => (stop(), how()));
-        if (link !== "open") return end(() => reject(new Error("The connection was lost while the machine was moving")));
+        if (link !== "open") return end(() => reject(new Error(t`The connection was lost while the machine was moving`)));
         if (status === asked || status === null || MOVING.has(status.state)) return undefined;
         if (this.operates.value && status.substate === 1) return undefined;
-        if (status.state !== "Idle" && !this.operates.value) return end(() => reject(new Error(`The machine did not stop: ${status.state}`)));
+        if (status.state !== "Idle" && !this.operates.value) return end(() => reject(new Error(t`The machine did not stop: ${status.state}`)));
         const now = String(status.mpos ?? status.wpos);
         if (now === place) return end(resolve);
         place = now;
@@ -403,7 +404,7 @@ export class Controller {
     this.transport = null;
     this.lostWhy.value = why;
     this.link.value = "lost";
-    this.note("page", `The connection was lost: ${why}`, true);
+    this.note("page", t`The connection was lost: ${why}`, true);
     this.queue.forget();
     this.onBreak("lost");
     void transport.close();

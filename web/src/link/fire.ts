@@ -1,5 +1,6 @@
 /** The laser at rest for a moment, and a spindle that runs warm: what may be done, and the lines. Pure. */
 import { settingNumber } from "../tables";
+import { t } from "../words";
 
 const [LASER, AIM_POWER, AIM_TIME, MAX, MIN] = ["laser_mode", "aim_power_pct", "aim_time_s", "spindle_max_rpm", "spindle_min_rpm"].map(settingNumber) as [number, number, number, number, number];
 const LONGEST_FIRE_S = 10;
@@ -27,11 +28,11 @@ export function longestFire_s(settings: Settings): number {
 
 /** Why the laser cannot be tested; "": it can. The time limit of the controller holds when this page is gone. */
 export function noFire(settings: Settings, power_pct: number, time_s: number): string {
-  if (!isLaser(settings)) return `The test needs laser mode ($${LASER}=1): without it this would turn a spindle.`;
-  if (firePower_pct(settings) === 0) return `The controller keeps the beam dark at rest: set $${AIM_POWER} to the highest power in % that you allow there.`;
-  if (valueOf(settings, AIM_TIME) === 0) return `Set $${AIM_TIME} to some seconds first: the controller then ends the beam even if this page is gone.`;
-  if (!(power_pct > 0 && power_pct <= firePower_pct(settings))) return `The power must be above 0 and at most ${firePower_pct(settings)} % ($${AIM_POWER}).`;
-  if (!(time_s > 0 && time_s <= longestFire_s(settings))) return `The time must be above 0 and at most ${longestFire_s(settings)} s.`;
+  if (!isLaser(settings)) return t`The test needs laser mode ($${LASER}=1): without it this would turn a spindle.`;
+  if (firePower_pct(settings) === 0) return t`The controller keeps the beam dark at rest: set $${AIM_POWER} to the highest power in % that you allow there.`;
+  if (valueOf(settings, AIM_TIME) === 0) return t`Set $${AIM_TIME} to some seconds first: the controller then ends the beam even if this page is gone.`;
+  if (!(power_pct > 0 && power_pct <= firePower_pct(settings))) return t`The power must be above 0 and at most ${firePower_pct(settings)} % ($${AIM_POWER}).`;
+  if (!(time_s > 0 && time_s <= longestFire_s(settings))) return t`The time must be above 0 and at most ${longestFire_s(settings)} s.`;
   return "";
 }
 
@@ -59,10 +60,10 @@ export function usualStages(settings: Settings): Stage[] {
 }
 
 export function noStages(settings: Settings, stages: readonly Stage[]): string {
-  if (isLaser(settings)) return `This is a laser ($${LASER}=1).`;
+  if (isLaser(settings)) return t`This is a laser ($${LASER}=1).`;
   const most = valueOf(settings, MAX);
   const wrong = stages.find(({ rpm, time_s }) => !(rpm > 0 && rpm <= most && time_s > 0 && time_s <= LONGEST_STAGE_S));
-  return wrong ? `Speeds must be above 0 and at most ${most} rpm ($${MAX}), times above 0 and at most ${LONGEST_STAGE_S} s.` : "";
+  return wrong ? t`Speeds must be above 0 and at most ${most} rpm ($${MAX}), times above 0 and at most ${LONGEST_STAGE_S} s.` : "";
 }
 
 function number(value: number): string {

@@ -3,6 +3,7 @@
  * line: the UTF-8 of one `Ä` in a comment would open the safety door. Pure.
  */
 import type { RealtimeName } from "../tables";
+import { msg, t, tr } from "../words";
 
 /** A line that must be changed before it is sent. */
 export class LineError extends Error {}
@@ -10,9 +11,9 @@ export class LineError extends Error {}
 const COMMENT = /\([^)]*\)|\(.*$|;.*$/g;
 const NOT_PRINTABLE = /[^\x20-\x7e]/;
 const REALTIME: Readonly<Record<string, { name: RealtimeName; title: string }>> = {
-  "!": { name: "HOLD", title: "feed hold" },
-  "~": { name: "RESUME", title: "resume" },
-  "?": { name: "STATUS", title: "status report" },
+  "!": { name: "HOLD", title: msg`feed hold` },
+  "~": { name: "RESUME", title: msg`resume` },
+  "?": { name: "STATUS", title: msg`status report` },
 };
 
 /** The real-time command that this line is, alone on it; null: it is none. */
@@ -31,12 +32,12 @@ export function typedLine(text: string): string {
 export function checkLine(line: string): void {
   const strange = NOT_PRINTABLE.exec(line)?.[0];
   if (strange !== undefined)
-    throw new LineError(`${name(strange)} is not ASCII, and a controller reads its bytes as commands. Use it in comments only.`);
+    throw new LineError(t`${name(strange)} is not ASCII, and a controller reads its bytes as commands. Use it in comments only.`);
   const command = [...line].find((character) => character in REALTIME);
   if (command !== undefined)
-    throw new LineError(`${command} is the command "${REALTIME[command]!.title}" anywhere in a line. Send it alone.`);
+    throw new LineError(t`${command} is the command "${tr(REALTIME[command]!.title)}" anywhere in a line. Send it alone.`);
 }
 
 function name(character: string): string {
-  return character < " " || character === "\x7f" ? `The control character 0x${character.charCodeAt(0).toString(16)}` : `"${character}"`;
+  return character < " " || character === "\x7f" ? t`The control character 0x${character.charCodeAt(0).toString(16)}` : `"${character}"`;
 }

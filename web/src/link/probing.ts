@@ -6,6 +6,7 @@
  * tool is.
  */
 import { AXES } from "../tables";
+import { msg, t, tr } from "../words";
 
 export type Cycle = "plate" | "corner" | "hole" | "boss" | "edge" | "rotation" | "length";
 export type Sign = 1 | -1;
@@ -59,21 +60,21 @@ const BACK_OFF_MM = 2;
 const SLOW_PART = 0.25;
 const LIFT_FEED = 600;
 const LIMITS: readonly [keyof ProbeValues, string, number, number][] = [
-  ["thickness_mm", "The thickness of the plate", 0, 100],
-  ["wall_mm", "The wall of the plate", 0, 50],
-  ["tool_mm", "The diameter of the tool", 0, 100],
-  ["reach_mm", "The reach", 1, 200],
-  ["out_mm", "The way out", 1, 200],
-  ["down_mm", "The way down", 0.5, 100],
-  ["width_mm", "The width", 1, 1000],
-  ["feed_mm_min", "The feed", 10, 500],
+  ["thickness_mm", msg`The thickness of the plate`, 0, 100],
+  ["wall_mm", msg`The wall of the plate`, 0, 50],
+  ["tool_mm", msg`The diameter of the tool`, 0, 100],
+  ["reach_mm", msg`The reach`, 1, 200],
+  ["out_mm", msg`The way out`, 1, 200],
+  ["down_mm", msg`The way down`, 0.5, 100],
+  ["width_mm", msg`The width`, 1, 1000],
+  ["feed_mm_min", msg`The feed`, 10, 500],
 ];
 
 /** What is wrong with these numbers; "": nothing. */
 export function probeProblem(values: ProbeValues): string {
   for (const [name, text, low, high] of LIMITS) {
     const value = values[name] as number;
-    if (!(value >= low && value <= high)) return `${text} must be from ${low} to ${high}.`;
+    if (!(value >= low && value <= high)) return t`${tr(text)} must be from ${low} to ${high}.`;
   }
   return "";
 }
@@ -214,9 +215,9 @@ export class ProbeError extends Error {}
 /** Rejects at the first step that does not end as it must; what was set before stays set. @returns the contacts */
 export async function runProbe(steps: readonly Step[], machine: ProbeMachine, isStopped: () => boolean): Promise<Map<string, number>> {
   const contacts = new Map([...AXES].map((axis, i) => [`start ${axis}`, machine.machine_mm()[i] ?? 0]));
-  if (machine.isTouching()) throw new ProbeError("The probe is in contact already: nothing was moved. Lift the tool off, and check the clip.");
+  if (machine.isTouching()) throw new ProbeError(t`The probe is in contact already: nothing was moved. Lift the tool off, and check the clip.`);
   for (const step of steps) {
-    if (isStopped()) throw new ProbeError("Stopped by hand.");
+    if (isStopped()) throw new ProbeError(t`Stopped by hand.`);
     await runStep(step, machine, contacts);
   }
   return contacts;
@@ -237,20 +238,20 @@ async function runStep(step: Step, machine: ProbeMachine, contacts: Map<string, 
   const said = await machine.send(step.line);
   await machine.rest();
   if (step.kind === "jog") {
-    if (machine.isTouching()) throw new ProbeError("The probe is still in contact after the tool was moved away: the cycle ended here.");
+    if (machine.isTouching()) throw new ProbeError(t`The probe is still in contact after the tool was moved away: the cycle ended here.`);
     return;
   }
   const found = contactOf(said);
-  if (step.kind === "clear" && found.touched) throw new ProbeError("The tool touched something on a move that must be free: the cycle ended here, at the contact.");
+  if (step.kind === "clear" && found.touched) throw new ProbeError(t`The tool touched something on a move that must be free: the cycle ended here, at the contact.`);
   if (step.kind === "clear") return;
-  if (!found.touched) throw new ProbeError(`The probe found nothing on its way along ${step.axis}: nothing was set for it.`);
+  if (!found.touched) throw new ProbeError(t`The probe found nothing on its way along ${step.axis}: nothing was set for it.`);
   contacts.set(step.name, found.at[AXES.indexOf(step.axis)]! * machine.report_mm());
 }
 
 /** `[PRB:x,y,z:1]` */
 function contactOf(said: readonly string[]): { touched: boolean; at: number[] } {
   const match = said.map((text) => /^\[PRB:([-\d.,]+):([01])\]$/.exec(text)).find((found) => found !== null);
-  if (!match) throw new ProbeError("The controller has not reported where the probe is.");
+  if (!match) throw new ProbeError(t`The controller has not reported where the probe is.`);
   return { touched: match[2] === "1", at: match[1]!.split(",").map(Number) };
 }
 

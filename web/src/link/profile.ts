@@ -4,6 +4,7 @@ import { parse } from "smol-toml";
 import raw from "../generated/machines.json";
 import { AXES, settingNumber, settingProblem, TABLES } from "../tables";
 import { SettingsFileError } from "./settingsfile";
+import { t } from "../words";
 
 type Table = Readonly<Record<string, unknown>>;
 type Model = { keys: Record<string, string>; needed: string[] };
@@ -35,15 +36,15 @@ class Reader {
   private axes: { letter: string; index: number; table: Table }[] = [];
 
   read(data: Table): Map<number, string> {
-    if (data.schema !== SCHEMA) this.faults.push(`schema must be ${SCHEMA}`);
+    if (data.schema !== SCHEMA) this.faults.push(t`schema must be ${SCHEMA}`);
     const axes = tableOf(data.axis);
-    for (const key of Object.keys(axes)) if (key.length !== 1 || !AXES.toLowerCase().includes(key)) this.faults.push(`unknown axis ${key}`);
+    for (const key of Object.keys(axes)) if (key.length !== 1 || !AXES.toLowerCase().includes(key)) this.faults.push(t`unknown axis ${key}`);
     this.axes = [...AXES.toLowerCase()].map((letter, index) => ({ letter, index, table: tableOf(axes[letter]) })).filter(({ letter }) => letter in axes);
-    if (this.axes.length === 0) this.faults.push("a machine has at least one axis: add a table [axis.x]");
+    if (this.axes.length === 0) this.faults.push(t`a machine has at least one axis: add a table [axis.x]`);
     for (const [name, table] of Object.entries(data)) {
       if (["schema", "name", "axis"].includes(name)) continue;
       if (name in MODELS && !["linear", "rotary", "second"].includes(name)) this.take(tableOf(table), MODELS[name]!, name, 0);
-      else this.faults.push(`unknown table ${name}`);
+      else this.faults.push(t`unknown table ${name}`);
     }
     this.takeKinematics(tableOf(data.kinematics).type);
     for (const axis of this.axes) this.takeAxis(axis.letter, axis.index, axis.table);
@@ -59,7 +60,7 @@ class Reader {
     const number = settingNumber(name) + offset;
     const row = TABLES.settings.find((entry) => entry.name === name)!;
     const isRight = row.type === "bool" ? typeof value === "boolean" : typeof value === "number";
-    const problem = isRight ? settingProblem(row, String(Number(value))) : row.type === "bool" ? "must be true or false" : "must be a number";
+    const problem = isRight ? settingProblem(row, String(Number(value))) : row.type === "bool" ? t`must be true or false` : t`must be a number`;
     if (problem) this.faults.push(`${where} = ${String(value)}: ${problem}`);
     else this.values.set(number, row.type === "float" ? decimal(Number(value)) : String(Number(value)));
   }
@@ -67,16 +68,16 @@ class Reader {
   private take(table: Table, model: Model, title: string, offset: number): void {
     for (const [key, value] of Object.entries(table)) {
       const setting = model.keys[key];
-      if (setting === undefined) this.faults.push(`unknown key ${title}.${key}`);
+      if (setting === undefined) this.faults.push(t`unknown key ${title}.${key}`);
       else if (setting !== "") this.set(setting, value, offset, `${title}.${key}`);
     }
-    for (const key of model.needed) if (!(key in table)) this.faults.push(`${title}.${key} is missing`);
+    for (const key of model.needed) if (!(key in table)) this.faults.push(t`${title}.${key} is missing`);
   }
 
   private takeKinematics(type: unknown): void {
     if (type === undefined) return;
     const kind = raw.kinematics.indexOf(String(type));
-    if (kind < 0) this.faults.push(`kinematics.type must be one of ${raw.kinematics.join(", ")}`);
+    if (kind < 0) this.faults.push(t`kinematics.type must be one of ${raw.kinematics.join(", ")}`);
     else this.set("kinematics", kind);
   }
 
@@ -84,7 +85,7 @@ class Reader {
     const isLinear = index < LINEAR;
     this.take(isLinear ? table : { travel_deg: 0, ...table }, MODELS[isLinear ? "linear" : "rotary"]!, `axis.${letter}`, index);
     if (table.second !== undefined) this.take(tableOf(table.second), MODELS.second!, `axis.${letter}.second`, index);
-    if (table.home_at !== undefined && table.home_at !== "min" && table.home_at !== "max") this.faults.push(`axis.${letter}.home_at must be "min" or "max"`);
+    if (table.home_at !== undefined && table.home_at !== "min" && table.home_at !== "max") this.faults.push(t`axis.${letter}.home_at must be "min" or "max"`);
   }
 
   /** A bit for each axis; a profile that says it for no axis leaves the setting alone. */
@@ -106,7 +107,7 @@ class Reader {
       for (const { letter, index, table } of this.axes) {
         const bit = bitOf(table);
         if (bit === undefined) continue;
-        if (typeof bit !== "boolean") this.faults.push(`axis.${letter}.${key} must be true or false`);
+        if (typeof bit !== "boolean") this.faults.push(t`axis.${letter}.${key} must be true or false`);
         mask = (mask ?? 0) | (bit === true ? 1 << index : 0);
       }
       if (mask !== null) this.set(name, mask);
@@ -121,7 +122,7 @@ class Reader {
     for (const { letter, index, driver } of drivers) {
       const at = driver === undefined ? -1 : AXES.toLowerCase().indexOf(String(driver));
       if (driver !== undefined && (at < count || taken.has(at)))
-        this.faults.push(`axis.${letter}.second.driver must be a letter after the machine's last axis, and of no other second motor`);
+        this.faults.push(t`axis.${letter}.second.driver must be a letter after the machine's last axis, and of no other second motor`);
       taken.add(at);
       this.set("second_motor", at + 1, index);
     }
@@ -133,7 +134,7 @@ class Reader {
     const usual = this.axes.filter(({ index, table }) => index < LINEAR || table.home_at !== undefined).map(({ letter }) => letter.toUpperCase());
     const homed = given ? letters : usual;
     const wrong = given?.join("").split("").find((letter, i, all) => !letters.includes(letter) || all.indexOf(letter) !== i);
-    if (wrong !== undefined || (given?.length ?? 0) > raw.homing_order.length) this.faults.push("homing.order must name axes of this machine, each of them once");
+    if (wrong !== undefined || (given?.length ?? 0) > raw.homing_order.length) this.faults.push(t`homing.order must name axes of this machine, each of them once`);
     raw.homing_order.forEach((cycle, i) => {
       const now = [...(given ? (given[i] ?? "") : cycle)].filter((letter) => homed.includes(letter));
       this.set(`homing_cycle_${i + 1}_mask`, now.reduce((mask, letter) => mask | (1 << AXES.indexOf(letter)), 0));
@@ -142,9 +143,9 @@ class Reader {
 
   private checkLimits(limits: Table, homing: Table): void {
     if (limits.soft !== true) return;
-    if (homing.enabled !== true) this.faults.push("limits.soft needs homing.enabled = true: without homing the controller does not know where the machine is");
+    if (homing.enabled !== true) this.faults.push(t`limits.soft needs homing.enabled = true: without homing the controller does not know where the machine is`);
     for (const { letter, index, table } of this.axes)
-      if (index < LINEAR && !table.travel_mm) this.faults.push(`limits.soft needs axis.${letter}.travel_mm`);
+      if (index < LINEAR && !table.travel_mm) this.faults.push(t`limits.soft needs axis.${letter}.travel_mm`);
   }
 }
 

@@ -1,5 +1,6 @@
 /** A serial port by the browser's own Web Serial API: Chrome, Edge and Opera on computers. */
 import { LinkError, type Transport, type TransportEvents } from "./transport";
+import { t } from "../words";
 
 /** Of the firmware's UART0; native USB ports do not care. */
 export const BAUD = 115200;
@@ -12,16 +13,16 @@ export function hasWebSerial(): boolean {
 export async function pickPort(): Promise<SerialPort | null> {
   if (!hasWebSerial())
     throw new LinkError(
-      "This browser does not support serial ports",
+      t`This browser does not support serial ports`,
       window.isSecureContext
-        ? "Use Chrome, Edge or Opera on a computer."
-        : "Serial ports need a secure page: open it by https, or from this computer.",
+        ? t`Use Chrome, Edge or Opera on a computer.`
+        : t`Serial ports need a secure page: open it by https, or from this computer.`,
     );
   try {
     return await navigator.serial.requestPort();
   } catch (error) {
     if (error instanceof DOMException && error.name === "NotFoundError") return null;
-    throw new LinkError("The browser did not grant access to a serial port", String(error));
+    throw new LinkError(t`The browser did not grant access to a serial port`, String(error));
   }
 }
 
@@ -40,11 +41,11 @@ export class SerialTransport implements Transport {
       await this.port.open({ baudRate: BAUD, bufferSize: 4096 });
     } catch (error) {
       throw new LinkError(
-        "The serial port cannot be opened",
-        `Close other programs that use it, or reconnect the board. (${error instanceof Error ? error.message : error})`,
+        t`The serial port cannot be opened`,
+        t`Close other programs that use it, or reconnect the board. (${error instanceof Error ? error.message : error})`,
       );
     }
-    if (!this.port.readable || !this.port.writable) throw new LinkError("The serial port is not readable and writable");
+    if (!this.port.readable || !this.port.writable) throw new LinkError(t`The serial port is not readable and writable`);
     this.closing = false;
     this.reader = this.port.readable.getReader();
     this.writer = this.port.writable.getWriter();
@@ -52,7 +53,7 @@ export class SerialTransport implements Transport {
   }
 
   async write(bytes: Uint8Array): Promise<void> {
-    if (!this.writer) throw new LinkError("The serial port is closed");
+    if (!this.writer) throw new LinkError(t`The serial port is closed`);
     await this.writer.write(bytes);
   }
 
@@ -66,7 +67,7 @@ export class SerialTransport implements Transport {
   }
 
   private async read(reader: ReadableStreamDefaultReader<Uint8Array>, events: TransportEvents): Promise<void> {
-    let why = "the port was closed";
+    let why = t`the port was closed`;
     try {
       for (;;) {
         const { value, done } = await reader.read();

@@ -2,6 +2,7 @@
  * profile. Pure. */
 import { parse } from "smol-toml";
 import { AXES, settingNumber, settingProblem, settingsOf, type Setting, type SettingRow } from "../tables";
+import { t } from "../words";
 
 const SCHEMA = 1;
 /** Soft limits need homing enabled, so that goes first. */
@@ -76,7 +77,7 @@ function importDollars(text: string): Map<number, string> {
     const [, number, value] = DOLLAR.exec(line) ?? [];
     const row = settingsOf(AXES.length).find((setting) => setting.number === Number(number))?.row;
     const problem = row && value !== undefined ? settingProblem(row, value) : "";
-    if (number === undefined || value === undefined) faults.push(`line ${i + 1}: "${line}" is not like $110=5000`);
+    if (number === undefined || value === undefined) faults.push(t`line ${i + 1}: "${line}" is not like $110=5000`);
     else if (problem) faults.push(`$${number}=${value}: ${problem}`);
     else values.set(Number(number), value);
   });
@@ -89,9 +90,9 @@ function importToml(text: string): Map<number, string> {
   try {
     data = parse(text);
   } catch (error) {
-    throw new SettingsFileError(`not a TOML file: ${error instanceof Error ? error.message : error}`);
+    throw new SettingsFileError(t`not a TOML file: ${error instanceof Error ? error.message : error}`);
   }
-  if (data.schema !== SCHEMA) throw new SettingsFileError(`schema must be ${SCHEMA}`);
+  if (data.schema !== SCHEMA) throw new SettingsFileError(t`schema must be ${SCHEMA}`);
   const values = new Map<number, string>();
   const faults: string[] = [];
   takeTable(data.settings, "", values, faults);
@@ -99,7 +100,7 @@ function importToml(text: string): Map<number, string> {
     takeTable(table, axis.toUpperCase(), values, faults);
   for (const [key, value] of Object.entries((data.other ?? {}) as Record<string, unknown>)) {
     if (/^\$\d{1,5}$/.test(key)) values.set(Number(key.slice(1)), String(value));
-    else faults.push(`${key} must be like "$37"`);
+    else faults.push(t`${key} must be like "$37"`);
   }
   if (faults.length > 0) throw new SettingsFileError(faults.join("; "));
   return values;
@@ -110,8 +111,8 @@ function takeTable(table: unknown, axis: string, values: Map<number, string>, fa
   for (const [name, value] of Object.entries((table ?? {}) as Record<string, unknown>)) {
     const setting = known.find((entry) => entry.row.name === name);
     const title = axis ? `${name}.${axis.toLowerCase()}` : name;
-    if (!setting) faults.push(`unknown setting ${title}`);
-    else if (typeof value !== "number" && typeof value !== "boolean") faults.push(`${title} must be a number`);
+    if (!setting) faults.push(t`unknown setting ${title}`);
+    else if (typeof value !== "number" && typeof value !== "boolean") faults.push(t`${title} must be a number`);
     else {
       const problem = settingProblem(setting.row, String(Number(value)));
       if (problem) faults.push(`${title} = ${value}: ${problem}`);

@@ -1,5 +1,6 @@
 /** A controller that serves this page, or another one by its address: Grbl's stream in a WebSocket. */
 import { LinkError, type Transport, type TransportEvents } from "./transport";
+import { t } from "../words";
 
 const OPEN_MS = 5000;
 /** WebSocket close codes of the server (cli/wificnc/serve/page.py). */
@@ -37,18 +38,18 @@ export class SocketTransport implements Transport {
       socket.onclose = (event) => {
         clearTimeout(timer);
         if (!opened) {
-          reject(new LinkError(`No controller answers at ${this.name}`, "Check that it is on and on this network."));
+          reject(new LinkError(t`No controller answers at ${this.name}`, t`Check that it is on and on this network.`));
           return;
         }
         if (this.socket !== socket) return;
         this.socket = null;
-        events.lost(event.reason || (event.code === CLOSED_BY_POLICY ? "refused" : "the connection was closed"));
+        events.lost(event.reason || (event.code === CLOSED_BY_POLICY ? "refused" : t`the connection was closed`));
       };
     });
   }
 
   write(bytes: Uint8Array): Promise<void> {
-    if (this.socket?.readyState !== WebSocket.OPEN) return Promise.reject(new LinkError("The connection is closed"));
+    if (this.socket?.readyState !== WebSocket.OPEN) return Promise.reject(new LinkError(t`The connection is closed`));
     this.socket.send(bytes as Uint8Array<ArrayBuffer>);
     return Promise.resolve();
   }

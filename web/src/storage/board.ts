@@ -7,6 +7,7 @@ import { portForLoader } from "../app";
 import { BoardDevice, type Progress } from "../flash/device";
 import { TABLES, type Board, type ChipPin, type StoredPin } from "../tables";
 import { NvsImage, type StoredValue } from "./nvs";
+import { t, tr } from "../words";
 
 const { namespace, offset, size, none } = TABLES.storage;
 
@@ -126,11 +127,11 @@ export function refusal(board: Board, row: StoredPin, pin: ChipPin): string {
   const reason = row.output ? pin.output : pin.input;
   if (reason !== null) return reason;
   const rival = TABLES.storage.pin.find((other) => other.key !== row.key && pinOf(board, other) === pin.number);
-  if (rival) return `${pin.name} is ${rival.label}`;
+  if (rival) return t`${pin.name} is ${tr(rival.label)}`;
   const fixed = board.uses.find(
     (use) => use.number === pin.number && !TABLES.storage.pin.some((other) => other.signal === use.signal),
   );
-  return fixed ? `${pin.name} is ${fixed.label}` : "";
+  return fixed ? t`${pin.name} is ${tr(fixed.label)}` : "";
 }
 
 /** Every clash of the wiring as it would be, in words. */
@@ -138,6 +139,6 @@ export function clashes(board: Board): string[] {
   return TABLES.storage.pin.flatMap((row) => {
     const pin = board.pins.find((entry) => entry.number === pinOf(board, row));
     const why = pin ? refusal(board, row, pin) : "";
-    return why ? [`${row.label}: ${why}`] : [];
+    return why ? [`${tr(row.label)}: ${why}`] : [];
   });
 }

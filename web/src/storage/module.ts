@@ -1,6 +1,7 @@
 /** The channels of an I/O module, as the board has them stored: protocol/nvs.toml. Bit n of a mask is channel n. */
 import { TABLES, type Board, type StoredNumber } from "../tables";
 import { setValue, valueOf } from "./board";
+import { t } from "../words";
 
 const { none } = TABLES.storage;
 
@@ -64,12 +65,12 @@ export function setFlag(channel: number, flag: keyof typeof MASKS, on: boolean):
 /** Why the firmware leaves this channel out with that pin; "" when it does not. */
 export function channelRefusal(board: Board, channel: Channel, pin: number): string {
   const chip = board.pins.find((entry) => entry.number === pin);
-  if (!chip) return `the board does not have pin ${pin}`;
+  if (!chip) return t`the board does not have pin ${pin}`;
   const reason = channel.output ? chip.output : chip.input;
   if (reason !== null) return reason;
-  if (board.uses.some((use) => use.signal === "led" && use.number === pin)) return `${chip.name} is used by the LED`;
+  if (board.uses.some((use) => use.signal === "led" && use.number === pin)) return t`${chip.name} is used by the LED`;
   const rival = channels().find((other) => other.number < channel.number && other.pin === pin);
-  return rival ? `${chip.name} is channel ${rival.number}'s` : "";
+  return rival ? t`${chip.name} is channel ${rival.number}'s` : "";
 }
 
 /** Every channel that would be left out, in words. */
@@ -77,6 +78,6 @@ export function moduleFaults(board: Board): string[] {
   if (!isModule()) return [];
   return channels().flatMap((channel) => {
     const why = channel.pin === null ? "" : channelRefusal(board, channel, channel.pin);
-    return why ? [`channel ${channel.number}: ${why}`] : [];
+    return why ? [t`channel ${channel.number}: ${why}`] : [];
   });
 }

@@ -3,6 +3,7 @@ import { reachNew } from "../flash/update";
 import { FirmwareError } from "../flash/manifest";
 import { TABLES, type Board } from "../tables";
 import { changes, networkPins, ownPin } from "./board";
+import { t, tr } from "../words";
 
 interface Told {
   may?: boolean;
@@ -15,12 +16,12 @@ const rows = TABLES.storage.pin;
 
 async function call(init?: RequestInit): Promise<Told> {
   const answer = await fetch(new URL("./api/pins", document.baseURI), init).catch(() => null);
-  if (!answer) throw new FirmwareError("The controller cannot be reached", "Check that it is on and on this network.");
-  if (!answer.headers.get("content-type")?.includes("json")) throw new FirmwareError("The controller does not move pins over the network", "Use USB.");
+  if (!answer) throw new FirmwareError(t`The controller cannot be reached`, t`Check that it is on and on this network.`);
+  if (!answer.headers.get("content-type")?.includes("json")) throw new FirmwareError(t`The controller does not move pins over the network`, "Use USB.");
   const told = (await answer.json()) as Told;
   if (answer.ok) return told;
   const row = rows.find((each) => each.key === told.field);
-  throw new FirmwareError(`The controller refuses: ${row ? `${row.label}: ` : ""}${told.error ?? answer.status}`, "Nothing was changed.");
+  throw new FirmwareError(t`The controller refuses: ${row ? `${tr(row.label)}: ` : ""}${told.error ?? answer.status}`, t`Nothing was changed.`);
 }
 
 /** Rejects with a FirmwareError. */

@@ -8,6 +8,8 @@
  *   entry              namespace u8 | type u8 | span u8 | chunk u8 | crc32 u32 | key 16 | data 8
  *                      texts: size u16 | - | crc32 u32, then span - 1 entries of bytes
  */
+import { t } from "../words";
+
 
 const PAGE = 4096;
 const ENTRY = 32;
@@ -59,12 +61,12 @@ export class NvsImage {
   /** A copy of a partition. Throws NvsError when it is none. */
   constructor(data: Uint8Array) {
     if (data.length < 3 * PAGE || data.length % PAGE !== 0)
-      throw new NvsError(`${data.length} bytes are not an NVS partition: it has three or more pages of ${PAGE} bytes`);
+      throw new NvsError(t`${data.length} bytes are not an NVS partition: it has three or more pages of ${PAGE} bytes`);
     this.bytes = new Uint8Array(data);
     this.view = new DataView(this.bytes.buffer);
     const used = this.usedPages();
     if (used.length === 0 && this.bytes.some((byte) => byte !== 0xff))
-      throw new NvsError("not an NVS partition: no page has a valid header");
+      throw new NvsError(t`not an NVS partition: no page has a valid header`);
   }
 
   /** A partition that holds nothing. */
@@ -84,7 +86,7 @@ export class NvsImage {
 
   /** Store a text, or a number of so many bits. Throws NvsError when there is no room. */
   set(namespace: string, key: string, value: StoredValue, bits: 8 | 16 = 8): void {
-    if (key.length > 15) throw new NvsError(`${key} is longer than 15 characters`);
+    if (key.length > 15) throw new NvsError(t`${key} is longer than 15 characters`);
     if (this.get(namespace, key) === value) return;
     const number = this.namespaceNumber(namespace) ?? this.addNamespace(namespace);
     const old = this.find(namespace, key);
@@ -115,10 +117,10 @@ export class NvsImage {
       const state = this.view.getUint32(page * PAGE, true);
       if (state === STATE_EMPTY || state === 0) continue;
       if (this.view.getUint32(page * PAGE + 28, true) !== crc32(this.slice(page * PAGE + 4, 24))) {
-        this.damaged.push(`page ${page} has a damaged headerer`);
+        this.damaged.push(t`page ${page} has a damaged header`);
         continue;
       }
-      if (this.bytes[page * PAGE + 8]! < VERSION_2) throw new NvsError("this NVS has a newer layout than this page supports");
+      if (this.bytes[page * PAGE + 8]! < VERSION_2) throw new NvsError(t`this NVS has a newer layout than this page supports`);
       pages.push({ page, sequence: this.view.getUint32(page * PAGE + 4, true) });
     }
     return pages.sort((a, b) => a.sequence - b.sequence).map((entry) => entry.page);
@@ -223,7 +225,7 @@ export class NvsImage {
     }
     const pages = [...Array(this.bytes.length / PAGE).keys()];
     const empty = pages.filter((page) => this.view.getUint32(page * PAGE, true) === STATE_EMPTY);
-    if (empty.length < 2) throw new NvsError("the board's storage is full");
+    if (empty.length < 2) throw new NvsError(t`the board's storage is full`);
     const last = used[used.length - 1];
     const sequence = last === undefined ? 0 : this.view.getUint32(last * PAGE + 4, true) + 1;
     return { page: this.begin(empty[0]!, sequence), index: 0 };

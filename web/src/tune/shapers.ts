@@ -3,6 +3,7 @@
  * Formulas, symbols and sources: cli/wificnc/tune/shapers.py, which has the same.
  */
 import { settingNumber, settingsOf, settingText, AXES, type SettingRow } from "../tables";
+import { t } from "../words";
 
 /** What EI and two-hump EI tolerate at their frequency. */
 const TOLERATED = 0.05;
@@ -108,21 +109,21 @@ export interface Waves {
 export function measured(waves: Waves): Mode | string {
   const { feed_mm_min, waves: count, distance_mm, first, last } = waves;
   if (![feed_mm_min, count, distance_mm].every((value) => value > 0 && Number.isFinite(value)))
-    return "Enter the feed, the number of waves, and their distance.";
+    return t`Enter the feed, the number of waves, and their distance.`;
   const heights = [first, last].filter((height) => !Number.isNaN(height)).length;
-  if (heights === 1) return "The damping needs both heights, or neither.";
-  if (heights === 2 && !(last > 0 && Number.isFinite(first))) return "Heights must be more than 0.";
-  if (heights === 2 && last > first) return "The last wave is higher than the first one: measure away from the corner.";
+  if (heights === 1) return t`The damping needs both heights, or neither.`;
+  if (heights === 2 && !(last > 0 && Number.isFinite(first))) return t`Heights must be more than 0.`;
+  if (heights === 2 && last > first) return t`The last wave is higher than the first one: measure away from the corner.`;
   const decrement = Math.log(first / last) / count;
   const damping = heights === 2 ? decrement / Math.hypot(2 * Math.PI, decrement) : Number(row("shaper_damping").default);
   const hz = (count * feed_mm_min * MM_S_PER_MM_MIN) / distance_mm / Math.sqrt(1 - damping ** 2);
-  return outside("shaper_hz", hz, `${hz.toPrecision(4)} Hz`) || outside("shaper_damping", damping, `a damping of ${damping.toFixed(3)}`) || { hz, damping };
+  return outside("shaper_hz", hz, `${hz.toPrecision(4)} Hz`) || outside("shaper_damping", damping, t`a damping of ${damping.toFixed(3)}`) || { hz, damping };
 }
 
 /** Why a setting cannot have this value; "": it can. */
 function outside(name: string, value: number, words: string): string {
   const { min, max } = row(name);
-  return value >= min && value <= max ? "" : `This is ${words}: the shapers take ${min} to ${max}.`;
+  return value >= min && value <= max ? "" : t`This is ${words}: the shapers take ${min} to ${max}.`;
 }
 
 function row(name: string): SettingRow {

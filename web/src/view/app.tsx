@@ -1,38 +1,23 @@
 /** The frame: header, tabs, and the tab that is open. */
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
-import { fail, job } from "../app";
+import { job } from "../app";
 import { ControlTab } from "./control";
 import { Header, Notices } from "./header";
 import { JobTab } from "./job";
+import { later } from "./later";
 import { Icon, type IconName } from "./parts";
 import { SettingsTab } from "./settings";
 import { TerminalTab } from "./terminal";
+import { msg, t, tr } from "../words";
 
 interface Tab {
   id: string;
   title: string;
   icon: IconName;
-  view: () => JSX.Element;
+  view: (props: object) => JSX.Element;
   /** Begins a group. */
   apart?: boolean;
-}
-
-/** A tab that comes with its first use: what opens the page stays small. */
-function later(load: () => Promise<() => JSX.Element>): () => JSX.Element {
-  const loaded = signal<(() => JSX.Element) | null>(null);
-  let isLoading = false;
-  return () => {
-    const View = loaded.value;
-    if (View) return <View />;
-    if (!isLoading) {
-      isLoading = true;
-      load()
-        .then((view) => (loaded.value = view), fail)
-        .finally(() => (isLoading = false));
-    }
-    return <p class="soft">Loading</p>;
-  };
 }
 
 const GuideTab = later(async () => (await import("./setup")).GuideTab);
@@ -42,15 +27,15 @@ const InOutTab = later(async () => (await import("./setup")).InOutTab);
 const InstallTab = later(async () => (await import("./setup")).InstallTab);
 
 const TABS: readonly Tab[] = [
-  { id: "control", title: "Control", icon: "control", view: ControlTab },
-  { id: "job", title: "Job", icon: "job", view: JobTab },
-  { id: "terminal", title: "Terminal", icon: "terminal", view: TerminalTab },
-  { id: "guide", title: "Set up", icon: "home", view: GuideTab, apart: true },
-  { id: "settings", title: "Settings", icon: "settings", view: SettingsTab },
-  { id: "pins", title: "Pins", icon: "pins", view: PinsTab },
-  { id: "network", title: "Network", icon: "network", view: NetworkTab },
-  { id: "inout", title: "Inputs and outputs", icon: "inout", view: InOutTab },
-  { id: "install", title: "Install", icon: "install", view: InstallTab, apart: true },
+  { id: "control", title: msg`Control`, icon: "control", view: ControlTab },
+  { id: "job", title: msg`Job`, icon: "job", view: JobTab },
+  { id: "terminal", title: msg`Terminal`, icon: "terminal", view: TerminalTab },
+  { id: "guide", title: msg`Set up`, icon: "home", view: GuideTab, apart: true },
+  { id: "settings", title: msg`Settings`, icon: "settings", view: SettingsTab },
+  { id: "pins", title: msg`Pins`, icon: "pins", view: PinsTab },
+  { id: "network", title: msg`Network`, icon: "network", view: NetworkTab },
+  { id: "inout", title: msg`Inputs and outputs`, icon: "inout", view: InOutTab },
+  { id: "install", title: msg`Install`, icon: "install", view: InstallTab, apart: true },
 ];
 
 const open = signal(tabOfAddress());
@@ -86,7 +71,7 @@ export function App(): JSX.Element {
   return (
     <div class="frame">
       <Header />
-      <nav class="nav" aria-label="Sections">
+      <nav class="nav" aria-label={t`Sections`}>
         <div class="tabs" role="tablist" aria-orientation="vertical" onKeyDown={onKey}>
         {TABS.map((tab) => (
           <button
@@ -101,7 +86,7 @@ export function App(): JSX.Element {
             onClick={() => show(tab)}
           >
             <Icon name={tab.icon} />
-            {tab.title}
+            {tr(tab.title)}
           </button>
         ))}
         </div>

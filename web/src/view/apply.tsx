@@ -7,6 +7,7 @@ import { RefusedError } from "../link/controller";
 import { same, sendingOrder } from "../link/settingsfile";
 import { errorWords, findSetting, settingProblem } from "../tables";
 import { Button, Dialog, Notice } from "./parts";
+import { t } from "../words";
 
 type Values = ReadonlyMap<number, string>;
 
@@ -27,7 +28,7 @@ export function settingTitle(number: number): string {
 /** Of settings in a file that this controller lacks; "": it has all. */
 export function missingText(values: Values): string {
   const missing = [...values.keys()].filter((number) => !controller.settings.value.has(number));
-  return missing.length > 0 ? `This controller does not have ${missing.map(settingTitle).join(", ")}: left out.` : "";
+  return missing.length > 0 ? t`This controller does not have ${missing.map(settingTitle).join(", ")}: left out.` : "";
 }
 
 interface Refusal {
@@ -46,13 +47,13 @@ async function send(numbers: readonly number[], values: Values, onWritten: (numb
       onWritten(number, before.get(number) ?? "");
     } catch (error) {
       if (!(error instanceof RefusedError) || error.code === null) throw error;
-      refused.push({ number, why: `error ${error.code}, ${errorWords(error.code)}` });
+      refused.push({ number, why: t`error ${error.code}, ${errorWords(error.code)}` });
     }
   }
   await controller.send("$$");
   const answered = new Set(refused.map(({ number }) => number));
   for (const number of changesOf(values)) {
-    if (order.includes(number) && !answered.has(number)) refused.push({ number, why: `it is still ${controller.settings.value.get(number)}` });
+    if (order.includes(number) && !answered.has(number)) refused.push({ number, why: t`it is still ${controller.settings.value.get(number)}` });
   }
   return refused;
 }
@@ -92,10 +93,10 @@ export function ApplyDialog({ title, values, onWritten, onSent, onClose }: Apply
           <div class="row">
             {rows.value.length > 0 && (
               <Button kind="primary" why={noHoming.value} disabled={sending.value || problems(rows.value, values).length > 0} onClick={() => void go()} testId="settings-send">
-                {sending.value ? "Writing" : "Write"}
+                {sending.value ? t`Writing` : t`Write`}
               </Button>
             )}
-            <Button onClick={onClose}>{rows.value.length > 0 ? "Cancel" : "Close"}</Button>
+            <Button onClick={onClose}>{rows.value.length > 0 ? t`Cancel` : t`Close`}</Button>
           </div>
         </>
       )}
@@ -118,15 +119,15 @@ function Review({ rows, values }: { rows: readonly number[]; values: Values }): 
   return (
     <>
       {rows.length === 0 ? (
-        <p data-test="settings-none">The controller has all of these values already.</p>
+        <p data-test="settings-none">{t`The controller has all of these values already.`}</p>
       ) : (
         <div class="scroll">
           <table data-test="settings-review">
             <thead>
               <tr>
-                <th>Setting</th>
-                <th class="number">now</th>
-                <th class="number">then</th>
+                <th>{t`Setting`}</th>
+                <th class="number">{t`now`}</th>
+                <th class="number">{t`then`}</th>
               </tr>
             </thead>
             <tbody>
@@ -143,7 +144,7 @@ function Review({ rows, values }: { rows: readonly number[]; values: Values }): 
       )}
       {wrong.length > 0 && <Notice kind="bad" title={wrong.join("; ")} />}
       {missing && <Notice kind="warn" title={missing} />}
-      {later.length > 0 && <p class="small soft">Restart the controller afterwards: {later.map((n) => `$${n}`).join(", ")} take effect at the next start.</p>}
+      {later.length > 0 && <p class="small soft">{t`Restart the controller afterwards: ${later.map((n) => `$${n}`).join(", ")} take effect at the next start.`}</p>}
     </>
   );
 }
@@ -152,7 +153,7 @@ function Refused({ refused, total, onClose }: { refused: readonly Refusal[]; tot
   const written = total - refused.length;
   return (
     <>
-      <Notice kind="bad" title={`${refused.length} of ${total} settings were refused`} text={`${written} ${written === 1 ? "was" : "were"} written.`} />
+      <Notice kind="bad" title={t`${refused.length} of ${total} settings were refused`} text={written === 1 ? t`One was written.` : t`${written} were written.`} />
       <ul class="small" data-test="settings-refused">
         {refused.map(({ number, why }) => (
           <li key={number}>
@@ -162,7 +163,7 @@ function Refused({ refused, total, onClose }: { refused: readonly Refusal[]; tot
       </ul>
       <div class="row">
         <Button kind="primary" onClick={onClose} testId="settings-close">
-          Close
+          {t`Close`}
         </Button>
       </div>
     </>
@@ -180,7 +181,7 @@ export function MachineChoice({ onChoose }: { onChoose: (values: Values, name: s
   return (
     <select
       class="input system"
-      aria-label="Machine profile"
+      aria-label={t`Machine profile`}
       onPointerDown={load}
       onFocus={load}
       value=""
@@ -191,7 +192,7 @@ export function MachineChoice({ onChoose }: { onChoose: (values: Values, name: s
       }}
       data-test="machine-profile"
     >
-      <option value="">Machine profile</option>
+      <option value="">{t`Machine profile`}</option>
       {machines.value.map(({ id, name }) => (
         <option key={id} value={id}>
           {name}

@@ -9,6 +9,8 @@ import { Button, Card, Check, Icon, Progress, Segments, type IconName } from "./
 import { isLarge, PositionCard } from "./position";
 import { ProbeCard } from "./probe";
 import { Shortcuts } from "./shortcuts";
+import type { JobState } from "../job/runner";
+import { msg, t, tr } from "../words";
 
 const jogger = new Jogger(controller);
 const STEPS = [0.01, 0.1, 1, 10, 100] as const;
@@ -39,15 +41,27 @@ export function ControlTab(): JSX.Element {
 
 // ---- job, in short ----
 
+const JOB_STATES: Record<JobState, string> = {
+  none: msg`none`,
+  ready: msg`ready`,
+  running: msg`running`,
+  stopping: msg`stopping`,
+  done: msg`done`,
+  stopped: msg`stopped`,
+  failed: msg`failed`,
+  lost: msg`lost`,
+  left: msg`left`,
+};
+
 function JobCard(): JSX.Element | null {
   const program = job.program.value;
   if (!program) return null;
   const share = job.total ? job.executed.value / job.total : 0;
   return (
-    <Card title={`Job: ${program.name}`}>
-      <Progress value={share} label="Job" />
+    <Card title={t`Job: ${program.name}`}>
+      <Progress value={share} label={t`Job`} />
       <p class="soft small">
-        {job.state.value}, {job.executed.value} of {job.total} lines
+        {t`${tr(JOB_STATES[job.state.value])}, ${job.executed.value} of ${job.total} lines`}
       </p>
     </Card>
   );
@@ -99,7 +113,7 @@ function JogCard(): JSX.Element {
   const has = (key: JogKey): boolean => Object.keys(key.direction).every((axis) => AXES.indexOf(axis) < (controller.axisCount.value || 3));
   const turning = TURNING.filter(has);
   return (
-    <Card title="Jog" tools={<Check label="Keyboard" checked={keyboard.value} onChange={(on) => (keyboard.value = on)} />}>
+    <Card title={t`Jog`} tools={<Check label={t`Keyboard`} checked={keyboard.value} onChange={(on) => (keyboard.value = on)} />}>
       <div class="jog">{PAD.map((key, i) => (key && has(key) ? <JogButton key={key.label} jog={key} /> : <span key={i} />))}</div>
       {turning.length > 0 && (
         <div class="jog turning">
@@ -110,13 +124,13 @@ function JogCard(): JSX.Element {
       )}
       <div class="row between">
         <Segments
-          label="Distance, mm"
+          label={t`Distance, mm`}
           value={distance.value}
-          options={[...STEPS.map((step) => ({ value: step as number, text: String(step) })), { value: HELD, text: "while held" }]}
+          options={[...STEPS.map((step) => ({ value: step as number, text: String(step) })), { value: HELD, text: t`while held` }]}
           onChange={(value) => (distance.value = value)}
         />
         <label class="row small soft">
-          Feed
+          {t`Feed`}
           <input
             class="input short mono"
             type="number"
@@ -125,10 +139,10 @@ function JogCard(): JSX.Element {
             value={feed.value}
             onChange={(event) => (feed.value = Math.max(FEED_MIN, Number(event.currentTarget.value) || FEED_USUAL))}
           />
-          mm/min
+          {t`mm/min`}
         </label>
       </div>
-      {keyboard.value && <p class="small soft">Arrow keys jog X and Y, Page Up and Page Down jog Z. Escape stops.</p>}
+      {keyboard.value && <p class="small soft">{t`Arrow keys jog X and Y, Page Up and Page Down jog Z. Escape stops.`}</p>}
     </Card>
   );
 }
@@ -138,7 +152,7 @@ function JogButton({ jog }: { jog: JogKey }): JSX.Element {
     <button
       type="button"
       class="button"
-      aria-label={`Jog ${jog.label}`}
+      aria-label={t`Jog ${jog.label}`}
       data-test={`jog-${jog.label}`}
       disabled={!canJog()}
       title={canJog() ? undefined : noLines.value || noMotion.value}
@@ -199,13 +213,13 @@ interface Step {
 }
 
 function steps(name: "FEED" | "SPINDLE"): readonly (Step | null)[] {
-  const what = name === "FEED" ? "Feed" : "Spindle";
+  const what = name === "FEED" ? t`Feed` : t`Spindle`;
   return [
-    { text: "−10", byte: `${name}_MINUS_10`, label: `${what} 10 % less` },
-    { text: "−1", byte: `${name}_MINUS_1`, label: `${what} 1 % less` },
+    { text: "−10", byte: `${name}_MINUS_10`, label: t`${what} 10 % less` },
+    { text: "−1", byte: `${name}_MINUS_1`, label: t`${what} 1 % less` },
     null,
-    { text: "+1", byte: `${name}_PLUS_1`, label: `${what} 1 % more` },
-    { text: "+10", byte: `${name}_PLUS_10`, label: `${what} 10 % more` },
+    { text: "+1", byte: `${name}_PLUS_1`, label: t`${what} 1 % more` },
+    { text: "+10", byte: `${name}_PLUS_10`, label: t`${what} 10 % more` },
     { text: "100", byte: `${name}_100`, label: `${what} 100 %` },
   ];
 }
@@ -218,20 +232,20 @@ export function OverrideCard(): JSX.Element {
     ["100", "RAPID_100"],
   ];
   return (
-    <Card title="Overrides">
-      <OverrideRow title="Feed" percent={feedPct} steps={steps("FEED")} test="feed" />
+    <Card title={t`Overrides`}>
+      <OverrideRow title={t`Feed`} percent={feedPct} steps={steps("FEED")} test="feed" />
       <div class="override">
-        <span class="soft">Rapid</span>
+        <span class="soft">{t`Rapid`}</span>
         <div class="row">
           <span class="value mono">{rapidPct} %</span>
           {rapids.map(([text, byte]) => (
-            <Button key={text} size="small" label={`Rapids ${text} %`} disabled={!controller.commands.value} onClick={() => controller.realtime(byte)}>
+            <Button key={text} size="small" label={t`Rapids ${text} %`} disabled={!controller.commands.value} onClick={() => controller.realtime(byte)}>
               {text}
             </Button>
           ))}
         </div>
       </div>
-      <OverrideRow title="Spindle" percent={spindlePct} steps={steps("SPINDLE")} test="spindle" />
+      <OverrideRow title={t`Spindle`} percent={spindlePct} steps={steps("SPINDLE")} test="spindle" />
     </Card>
   );
 }

@@ -5,6 +5,7 @@ import { useEffect } from "preact/hooks";
 import { controller, noMotion, standing } from "../app";
 import { darkLines, fireLine, firePower_pct, longestFire_s, noFire, noStages, usualStages, type Stage } from "../link/fire";
 import { Button, Dialog, Field, Notice } from "./parts";
+import { t } from "../words";
 
 const ANSWER_MS = 1000;
 
@@ -49,7 +50,7 @@ class Beam {
     void controller.post(line).then((answer) => {
       if (answer.kind === "ok") return;
       this.end();
-      this.tell(false, answer.kind === "error" ? `The controller has refused it: error ${answer.code}` : "The connection was lost: the controller ends the beam.");
+      this.tell(false, answer.kind === "error" ? t`The controller has refused it: error ${answer.code}` : t`The connection was lost: the controller ends the beam.`);
     });
   }
 
@@ -74,7 +75,7 @@ export function FireDialog({ onClose }: { onClose: () => void }): JSX.Element {
   useEffect(() => {
     if (busy) beam.end();
   }, [busy]);
-  const why = noFire(settings, wish.value.power_pct, wish.value.time_s) || (controller.operates.value ? "Not in a parked hold: the beam is dark there." : busy);
+  const why = noFire(settings, wish.value.power_pct, wish.value.time_s) || (controller.operates.value ? t`Not in a parked hold: the beam is dark there.` : busy);
   const begin = (): void => {
     if (!why) beam.light(fireLine(settings, wish.value.power_pct), wish.value.time_s);
   };
@@ -93,11 +94,11 @@ export function FireDialog({ onClose }: { onClose: () => void }): JSX.Element {
     </Field>
   );
   return (
-    <Dialog title="Test the laser" onClose={onClose}>
-      <Notice kind="warn" title="Wear your goggles. The beam is on while you hold the button." />
+    <Dialog title={t`Test the laser`} onClose={onClose}>
+      <Notice kind="warn" title={t`Wear your goggles. The beam is on while you hold the button.`} />
       <div class="numbers">
-        {field("power_pct", `Power, % (${firePower_pct(settings)} at most)`, firePower_pct(settings))}
-        {field("time_s", `Time, s (${longestFire_s(settings)} at most)`, longestFire_s(settings))}
+        {field("power_pct", t`Power, % (${firePower_pct(settings)} at most)`, firePower_pct(settings))}
+        {field("time_s", t`Time, s (${longestFire_s(settings)} at most)`, longestFire_s(settings))}
       </div>
       {why && !lit.value && <p class="small" data-test="fire-why">{why}</p>}
       {failed.value && <Notice kind="bad" title={failed.value} />}
@@ -122,9 +123,9 @@ export function FireDialog({ onClose }: { onClose: () => void }): JSX.Element {
           onBlur={() => beam.end()}
           data-test="fire-hold"
         >
-          {lit.value ? "The laser is on" : "Hold to light"}
+          {lit.value ? t`The laser is on` : t`Hold to light`}
         </button>
-        <Button onClick={onClose}>Close</Button>
+        <Button onClick={onClose}>{t`Close`}</Button>
       </div>
     </Dialog>
   );
@@ -145,7 +146,7 @@ class WarmUp {
     for (const [i, { rpm, time_s }] of stages.entries()) {
       this.tell(i, "");
       const answer = await controller.post(`M3S${rpm}`);
-      if (answer.kind !== "ok") failed = answer.kind === "error" ? `The controller has refused it: error ${answer.code}` : "The connection was lost, or the controller was reset.";
+      if (answer.kind !== "ok") failed = answer.kind === "error" ? t`The controller has refused it: error ${answer.code}` : t`The connection was lost, or the controller was reset.`;
       else if (!this.stopped) await this.wait(time_s);
       if (this.stopped || failed) break;
     }
@@ -182,7 +183,7 @@ export function WarmDialog({ onClose }: { onClose: () => void }): JSX.Element {
     if (at.peek() >= 0 && !["Idle", "Run"].includes(state)) warm.stop();
   }, [state]);
   const runs = at.value >= 0;
-  const why = noStages(settings, stages.value) || (controller.operates.value ? "Not in a parked hold: a job waits there." : noMotion.value);
+  const why = noStages(settings, stages.value) || (controller.operates.value ? t`Not in a parked hold: a job waits there.` : noMotion.value);
   const change = (i: number, part: Partial<Stage>): void => void (stages.value = stages.value.map((stage, n) => (n === i ? { ...stage, ...part } : stage)));
   const number = (i: number, name: keyof Stage, label: string): JSX.Element => (
     <Field label={label}>
@@ -198,26 +199,26 @@ export function WarmDialog({ onClose }: { onClose: () => void }): JSX.Element {
     </Field>
   );
   return (
-    <Dialog title="Warm up the spindle" onClose={onClose}>
-      <p class="soft">The spindle turns forward (M3) at each speed, then stops. Nothing else moves. Keep clear of the tool.</p>
+    <Dialog title={t`Warm up the spindle`} onClose={onClose}>
+      <p class="soft">{t`The spindle turns forward (M3) at each speed, then stops. Nothing else moves. Keep clear of the tool.`}</p>
       {stages.value.map((_, i) => (
         <div key={i} class="numbers" aria-current={i === at.value ? "step" : undefined}>
-          {number(i, "rpm", `${i + 1}. Speed, rpm${i === at.value ? " (now)" : ""}`)}
-          {number(i, "time_s", "Time, s")}
+          {number(i, "rpm", t`${i + 1}. Speed, rpm${i === at.value ? t` (now)` : ""}`)}
+          {number(i, "time_s", t`Time, s`)}
         </div>
       ))}
       {(failed.value || (why && !runs)) && <Notice kind="bad" title={failed.value || why} />}
       <div class="row">
         {runs ? (
           <Button kind="danger" icon="stop" onClick={() => warm.stop()} testId="warm-stop">
-            Stop
+            {t`Stop`}
           </Button>
         ) : (
           <Button kind="primary" icon="play" why={why} onClick={() => void warm.run(stages.value)} testId="warm-start">
-            Start the spindle
+            {t`Start the spindle`}
           </Button>
         )}
-        {!runs && <Button onClick={onClose}>Close</Button>}
+        {!runs && <Button onClick={onClose}>{t`Close`}</Button>}
       </div>
     </Dialog>
   );

@@ -5,6 +5,7 @@ import { controller, noMotion, preflight, standing } from "../app";
 import { LASER_LIMIT_PCT, planFrame, type FrameWish } from "../job/frame";
 import { settingNumber } from "../tables";
 import { Button, Dialog, Field, Notice } from "./parts";
+import { t } from "../words";
 
 const LASER_MODE = settingNumber("laser_mode");
 const USUAL: FrameWish = { feed_mm_min: 2000, lift_mm: 5, power_pct: 0 };
@@ -14,8 +15,8 @@ export function FrameButton(): JSX.Element | null {
   if (!preflight.result.value) return null;
   return (
     <>
-      <Button why={noMotion.value} title="Move once around the bounds of the job" onClick={() => (open.value = true)} testId="frame">
-        Outline
+      <Button why={noMotion.value} title={t`Move once around the bounds of the job`} onClick={() => (open.value = true)} testId="frame">
+        {t`Outline`}
       </Button>
       {open.value && <FrameDialog onClose={() => (open.value = false)} />}
     </>
@@ -30,20 +31,20 @@ function FrameDialog({ onClose }: { onClose: () => void }): JSX.Element {
   const stopped = useSignal(false);
   const done = preflight.result.value;
   const plan = done ? planFrame(standing.value, done.report.min_mm, done.report.max_mm, wish.value) : null;
-  const why = !plan ? "The preflight has not finished." : plan.kind === "refuse" ? plan.why : noMotion.value;
+  const why = !plan ? t`The preflight has not finished.` : plan.kind === "refuse" ? plan.why : noMotion.value;
   const go = async (): Promise<void> => {
     if (plan?.kind !== "go") return;
     [running.value, failed.value, stopped.value] = [true, "", false];
     try {
       for (const line of plan.frame.lines) {
-        if (stopped.peek()) throw new Error("Stopped by hand.");
+        if (stopped.peek()) throw new Error(t`Stopped by hand.`);
         await controller.send(line);
         await controller.rest();
       }
       onClose();
     } catch (error) {
       if (wish.value.power_pct > 0 && controller.state.peek() === "Idle") await controller.send("M5").catch(() => {});
-      failed.value = stopped.peek() ? "Stopped by hand." : error instanceof Error ? error.message : String(error);
+      failed.value = stopped.peek() ? t`Stopped by hand.` : error instanceof Error ? error.message : String(error);
     }
     running.value = false;
   };
@@ -68,21 +69,20 @@ function FrameDialog({ onClose }: { onClose: () => void }): JSX.Element {
     </Field>
   );
   return (
-    <Dialog title="Run the outline of the job" onClose={() => (stop(), onClose())}>
+    <Dialog title={t`Run the outline of the job`} onClose={() => (stop(), onClose())}>
       <p class="soft">
-        The machine moves once around everything that the job does in X and Y, and returns. Look whether clamps are in the way and whether the
-        work lies inside.
+        {t`The machine moves once around everything that the job does in X and Y, and returns. Look whether clamps are in the way and whether the work lies inside.`}
       </p>
       <div class="numbers">
-        {field("feed_mm_min", "Feed, mm/min", 20_000)}
-        {field("lift_mm", "Lift Z first by, mm", 200)}
-        {hasLaser && field("power_pct", `Laser, % (${LASER_LIMIT_PCT} at most)`, LASER_LIMIT_PCT)}
+        {field("feed_mm_min", t`Feed, mm/min`, 20_000)}
+        {field("lift_mm", t`Lift Z first by, mm`, 200)}
+        {hasLaser && field("power_pct", t`Laser, % (${LASER_LIMIT_PCT} at most)`, LASER_LIMIT_PCT)}
       </div>
       {plan?.kind === "go" && plan.frame.notes.map((note) => <Notice key={note} kind="warn" title={note} />)}
-      {hasLaser && wish.value.power_pct > 0 && <Notice kind="warn" title="The laser is on during the outline: wear your goggles." />}
+      {hasLaser && wish.value.power_pct > 0 && <Notice kind="warn" title={t`The laser is on during the outline: wear your goggles.`} />}
       {plan?.kind === "go" && (
         <details>
-          <summary class="small">Lines that it sends ({plan.frame.lines.length})</summary>
+          <summary class="small">{t`Lines that it sends (${plan.frame.lines.length})`}</summary>
           <pre class="code" data-test="frame-lines">
             {plan.frame.lines.join("\n")}
           </pre>
@@ -92,14 +92,14 @@ function FrameDialog({ onClose }: { onClose: () => void }): JSX.Element {
       <div class="row">
         {running.value ? (
           <Button kind="danger" icon="stop" disabled={stopped.value} onClick={stop} testId="frame-stop">
-            Stop
+            {t`Stop`}
           </Button>
         ) : (
           <Button kind="primary" icon="play" why={why} onClick={() => void go()} testId="frame-start">
-            Run the outline
+            {t`Run the outline`}
           </Button>
         )}
-        {!running.value && <Button onClick={onClose}>Cancel</Button>}
+        {!running.value && <Button onClick={onClose}>{t`Cancel`}</Button>}
       </div>
     </Dialog>
   );

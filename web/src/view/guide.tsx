@@ -9,6 +9,7 @@ import { readSettings, same, sendingOrder } from "../link/settingsfile";
 import { AXES, findSetting, settingNumber, settingProblem } from "../tables";
 import { ApplyDialog, MachineChoice } from "./apply";
 import { Button, Card, Field, FileButton, Notice } from "./parts";
+import { msg, t, tr } from "../words";
 
 const KEY = "wificnc.guide";
 const JOG_MM = 5;
@@ -18,12 +19,12 @@ const [STEPS, RATE, ACCELERATION, TRAVEL] = ["steps_per_mm", "max_rate_mm_min", 
 const [DIRECTIONS, LIMITS, HOMING, HOME_DIRECTIONS] = ["dir_invert_mask", "limit_invert", "homing", "homing_dir_mask"].map(settingNumber) as [number, number, number, number];
 
 const PARTS: readonly { title: string; view: () => JSX.Element }[] = [
-  { title: "Machine", view: Machine },
-  { title: "Switches", view: Switches },
-  { title: "Directions", view: Directions },
-  { title: "Steps per mm", view: Measure },
-  { title: "Homing", view: Homing },
-  { title: "First move", view: FirstMove },
+  { title: msg`Machine`, view: Machine },
+  { title: msg`Switches`, view: Switches },
+  { title: msg`Directions`, view: Directions },
+  { title: msg`Steps per mm`, view: Measure },
+  { title: msg`Homing`, view: Homing },
+  { title: msg`First move`, view: FirstMove },
 ];
 
 const progress = signal(readProgress(stored(KEY), PARTS.length));
@@ -66,41 +67,41 @@ export function GuideTab(): JSX.Element {
   const View = part.view;
   if (controller.settings.value.size === 0 || controller.axisCount.value === 0)
     return (
-      <Card title="Set up the machine">
-        <p class="soft">Connect to a controller to set up its machine.</p>
+      <Card title={t`Set up the machine`}>
+        <p class="soft">{t`Connect to a controller to set up its machine.`}</p>
       </Card>
     );
   return (
     <div class="columns">
       <div class="w7 stack">
-        <Card title={`${step + 1}. ${part.title}`}>
-          <div class="row" role="group" aria-label="Steps of the guide">
+        <Card title={`${step + 1}. ${tr(part.title)}`}>
+          <div class="row" role="group" aria-label={t`Steps of the guide`}>
             {PARTS.map(({ title }, i) => (
               <Button key={title} size="small" kind={i === step ? "primary" : "plain"} pressed={i === step} onClick={() => go(i)}>
-                {title}
+                {tr(title)}
               </Button>
             ))}
           </div>
           <View />
           <div class="row">
-            {step > 0 && <Button onClick={() => go(step - 1)}>Back</Button>}
+            {step > 0 && <Button onClick={() => go(step - 1)}>{t`Back`}</Button>}
             {step + 1 < PARTS.length && (
               <Button kind="primary" onClick={() => go(step + 1)} testId="guide-next">
-                Next
+                {t`Next`}
               </Button>
             )}
           </div>
         </Card>
       </div>
       <div class="w5 stack">
-        <Card title="Written by this guide">
-          {written.length === 0 ? <p class="soft">Nothing yet.</p> : null}
+        <Card title={t`Written by this guide`}>
+          {written.length === 0 ? <p class="soft">{t`Nothing yet.`}</p> : null}
           <ol class="small mono" data-test="guide-written">
             {written.map((line, i) => (
               <li key={i}>{line}</li>
             ))}
           </ol>
-          <p class="small faint">You can leave the guide and continue later. Settings has all of it.</p>
+          <p class="small faint">{t`You can leave the guide and continue later. Settings has all of it.`}</p>
         </Card>
       </div>
     </div>
@@ -125,14 +126,14 @@ function NumberField(props: { id: string; label: string; initial: string; hint?:
 
 function read(id: string, initial: string): number {
   const value = measure(typed.value[id] ?? initial);
-  if (value === null) throw new Error(`${typed.value[id] ?? initial}: a number above 0 is needed`);
+  if (value === null) throw new Error(t`${typed.value[id] ?? initial}: a number above 0 is needed`);
   return value;
 }
 
 const QUESTIONS = [
-  { id: "travel", number: TRAVEL, label: "Travel, mm" },
-  { id: "rate", number: RATE, label: "Fastest feed, mm/min" },
-  { id: "acceleration", number: ACCELERATION, label: "Acceleration, mm/s²" },
+  { id: "travel", number: TRAVEL, label: msg`Travel, mm` },
+  { id: "rate", number: RATE, label: msg`Fastest feed, mm/min` },
+  { id: "acceleration", number: ACCELERATION, label: msg`Acceleration, mm/s²` },
 ] as const;
 
 function Machine(): JSX.Element {
@@ -158,31 +159,31 @@ function Machine(): JSX.Element {
     <>
       {asks.value && (
         <ApplyDialog
-          title={`Write the settings of ${asks.value.name}?`}
+          title={t`Write the settings of ${asks.value.name}?`}
           values={asks.value.values}
           onWritten={(number, before) => note(number, before, asks.peek()!.values.get(number)!)}
           onSent={(refused) => refused.length === 0 && go(1)}
           onClose={close}
         />
       )}
-      <p>Choose your machine, use its file, or answer the questions below. Measured values are better than those of a shop.</p>
+      <p>{t`Choose your machine, use its file, or answer the questions below. Measured values are better than those of a shop.`}</p>
       <div class="row">
         <MachineChoice onChoose={ask} />
         <FileButton accept=".toml,.txt" onFile={(file) => void attempt(async () => ask(await readSettings(await file.text()), file.name))} testId="guide-file">
-          Machine profile or settings file
+          {t`Machine profile or settings file`}
         </FileButton>
       </div>
       <div class="row">
-        <NumberField id="full" label="Full steps per turn" initial="200" hint="1.8° motors have 200." />
-        <NumberField id="micro" label="Microsteps" initial="16" hint="Set at the driver." />
+        <NumberField id="full" label={t`Full steps per turn`} initial="200" hint={t`1.8° motors have 200.`} />
+        <NumberField id="micro" label={t`Microsteps`} initial="16" hint={t`Set at the driver.`} />
       </div>
       {axes.value.map((axis, i) => (
         <fieldset key={axis} class="row">
           <legend>{axis}</legend>
           {QUESTIONS.map(({ id, number, label }) => (
-            <NumberField key={id} id={`${id}-${axis}`} label={label} initial={String(Number(now(number + i)))} />
+            <NumberField key={id} id={`${id}-${axis}`} label={tr(label)} initial={String(Number(now(number + i)))} />
           ))}
-          <Field label="mm per turn" hint={`empty: stays ${Number(now(STEPS + i))} steps/mm`}>
+          <Field label={t`mm per turn`} hint={t`empty: stays ${Number(now(STEPS + i))} steps/mm`}>
             <input
               class="input"
               inputmode="decimal"
@@ -193,9 +194,9 @@ function Machine(): JSX.Element {
           </Field>
         </fieldset>
       ))}
-      <p class="small faint">A screw moves its lead per turn, a GT2 belt 2 mm for each tooth of the pulley.</p>
+      <p class="small faint">{t`A screw moves its lead per turn, a GT2 belt 2 mm for each tooth of the pulley.`}</p>
       <Button kind="primary" why={noHoming.value} onClick={() => void apply()} testId="guide-apply">
-        Write and continue
+        {t`Write and continue`}
       </Button>
     </>
   );
@@ -220,19 +221,19 @@ function Switches(): JSX.Element {
     });
   return (
     <>
-      <p>Press each limit switch by hand, with the machine at rest. Axes without a switch can be left out.</p>
+      <p>{t`Press each limit switch by hand, with the machine at rest. Axes without a switch can be left out.`}</p>
       <ul class="bare stack">
         {axes.value.map((axis) => (
           <li key={axis} class="row between" data-test={`guide-switch-${axis}`}>
             <b>{axis}</b>
-            <span>{pins.includes(axis) ? "pressed" : "open"}</span>
-            <span>{seen.value[axis] === 3 ? "✓ works" : "press and release it"}</span>
+            <span>{pins.includes(axis) ? t`pressed` : t`open`}</span>
+            <span>{seen.value[axis] === 3 ? t`✓ works` : t`press and release it`}</span>
           </li>
         ))}
       </ul>
-      {all && <Notice kind="warn" title="All switches read as pressed" text="Then they close when they are free, or are not connected. Invert them if they are normally closed." />}
+      {all && <Notice kind="warn" title={t`All switches read as pressed`} text={t`Then they close when they are free, or are not connected. Invert them if they are normally closed.`} />}
       <Button why={noHoming.value} onClick={() => void invert()} testId="guide-invert">
-        Invert the limit switches
+        {t`Invert the limit switches`}
       </Button>
     </>
   );
@@ -262,13 +263,13 @@ function Directions(): JSX.Element {
   const flip = (axis: number): Promise<void> => attempt(() => write(new Map([[DIRECTIONS, String(flipped(Number(now(DIRECTIONS)), axis))]])));
   return (
     <>
-      <p>Keep a hand at the e-stop. + moves the tool to the right (X), away from you (Y) and up (Z), seen from the work; a table moves the other way.</p>
+      <p>{t`Keep a hand at the e-stop. + moves the tool to the right (X), away from you (Y) and up (Z), seen from the work; a table moves the other way.`}</p>
       {axes.value.map((axis, i) => (
         <div key={axis} class="row">
           <Jogs axis={axis} distance={JOG_MM} />
           <At axis={i} />
           <Button why={noHoming.value} onClick={() => void flip(i)} testId={`guide-flip-${axis}`}>
-            {`${axis} moved the wrong way`}
+            {t`${axis} moved the wrong way`}
           </Button>
         </div>
       ))}
@@ -285,13 +286,13 @@ function Measure(): JSX.Element {
     });
   return (
     <>
-      <p>Jog by {MEASURED_MM} mm in one direction, first to take up the backlash, then to measure. Enter the distance of the second jog.</p>
+      <p>{t`Jog by ${MEASURED_MM} mm in one direction, first to take up the backlash, then to measure. Enter the distance of the second jog.`}</p>
       {axes.value.map((axis, i) => (
         <div key={axis} class="row">
           <Jogs axis={axis} distance={MEASURED_MM} />
-          <NumberField id={`measured-${axis}`} label={`${axis} measured, mm`} initial="" />
+          <NumberField id={`measured-${axis}`} label={t`${axis} measured, mm`} initial="" />
           <Button why={noHoming.value} onClick={() => void correct(axis, i)} testId={`guide-correct-${axis}`}>
-            Correct
+            {t`Correct`}
           </Button>
         </div>
       ))}
@@ -304,26 +305,26 @@ function Homing(): JSX.Element {
   const flip = (axis: number): Promise<void> => attempt(() => write(new Map([[HOME_DIRECTIONS, String(flipped(Number(now(HOME_DIRECTIONS)), axis))]])));
   return (
     <>
-      <p>With switches, the controller finds its position at every start. Keep a hand at Reset: it must stop when a switch does not.</p>
+      <p>{t`With switches, the controller finds its position at every start. Keep a hand at Reset: it must stop when a switch does not.`}</p>
       <div class="row">
         <Button why={noHoming.value} onClick={() => void attempt(() => write(new Map([[HOMING, homes ? "0" : "1"]])))} testId="guide-homing">
-          {homes ? "Do without homing" : "Switch homing on"}
+          {homes ? t`Do without homing` : t`Switch homing on`}
         </Button>
         {axes.value.map((axis, i) => (
           <Button key={axis} why={noHoming.value} onClick={() => void flip(i)}>
-            {`${axis} homes to ${Number(now(HOME_DIRECTIONS)) & (1 << i) ? "−" : "+"}`}
+            {t`${axis} homes to ${Number(now(HOME_DIRECTIONS)) & (1 << i) ? "−" : "+"}`}
           </Button>
         ))}
       </div>
       <div class="row">
-        <Button kind="primary" icon="home" why={noHoming.value || (!homes && "Switch homing on first.")} onClick={() => void attempt(() => controller.send("$H"))} testId="guide-home">
-          Home now
+        <Button kind="primary" icon="home" why={noHoming.value || (!homes && t`Switch homing on first.`)} onClick={() => void attempt(() => controller.send("$H"))} testId="guide-home">
+          {t`Home now`}
         </Button>
         <Button kind="danger" icon="stop" onClick={() => controller.reset()} testId="guide-reset">
-          Reset
+          {t`Reset`}
         </Button>
       </div>
-      {controller.homed.value !== "" && <Notice kind="good" title={`Homed: ${controller.homed.value}`} text="" />}
+      {controller.homed.value !== "" && <Notice kind="good" title={t`Homed: ${controller.homed.value}`} text="" />}
     </>
   );
 }
@@ -331,14 +332,14 @@ function Homing(): JSX.Element {
 function FirstMove(): JSX.Element {
   return (
     <>
-      <p>Move each axis there and back. The position must show what the machine does.</p>
+      <p>{t`Move each axis there and back. The position must show what the machine does.`}</p>
       {axes.value.map((axis, i) => (
         <div key={axis} class="row">
           <Jogs axis={axis} distance={JOG_MM} />
           <At axis={i} />
         </div>
       ))}
-      <Notice kind="good" title="The machine is set up" text="Export the settings (tab Settings), and keep the file. Next: load a job." />
+      <Notice kind="good" title={t`The machine is set up`} text={t`Export the settings (tab Settings), and keep the file. Next: load a job.`} />
     </>
   );
 }

@@ -17,10 +17,13 @@ import {
   theme,
   toggleTheme,
 } from "../app";
+import { chooseLanguage, language } from "../language";
+import { LANGUAGES, type Language } from "../languages";
 import { hasWebSerial } from "../link/serial";
 import { alarmWords, settingNumber } from "../tables";
 import { HoldNotice, returnsBy } from "./hold";
 import { Button, Dialog, Notice } from "./parts";
+import { msg, t, tr } from "../words";
 
 const STATE_KIND: Record<string, string> = {
   Idle: "good",
@@ -35,19 +38,33 @@ const STATE_KIND: Record<string, string> = {
   Alarm: "bad",
 };
 
+const STATE_NAMES: Record<string, string> = {
+  Idle: msg`Idle`,
+  Run: msg`Run`,
+  Jog: msg`Jog`,
+  Home: msg`Home`,
+  Check: msg`Check`,
+  Hold: msg`Hold`,
+  Tool: msg`Tool`,
+  Door: msg`Door`,
+  Sleep: msg`Sleep`,
+  Alarm: msg`Alarm`,
+};
+
 export function Header(): JSX.Element {
   return (
     <header class="top">
       <div class="brand">
         <img src="./icon.svg" alt="" />
-        <h1>WiFiCNC</h1>
+        <h1>{t`WiFiCNC`}</h1>
       </div>
       <StateChip />
       <div class="link row">
         <LinkButton />
+        <LanguageChoice />
         <Button
           icon={theme.value === "dark" ? "sun" : "moon"}
-          label={theme.value === "dark" ? "Light colours" : "Dark colours"}
+          label={theme.value === "dark" ? t`Light colours` : t`Dark colours`}
           onClick={toggleTheme}
         />
       </div>
@@ -56,14 +73,36 @@ export function Header(): JSX.Element {
   );
 }
 
+/** As wide as a button: the code is seen, and the list of names lies over it. */
+function LanguageChoice(): JSX.Element {
+  return (
+    <span class="button icon language">
+      <span aria-hidden="true">{language.value.toUpperCase()}</span>
+      <select
+        aria-label={t`Language`}
+        title={t`Language`}
+        value={language.value}
+        onChange={(event) => void attempt(() => chooseLanguage(event.currentTarget.value as Language))}
+        data-test="language"
+      >
+        {Object.entries(LANGUAGES).map(([id, name]) => (
+          <option key={id} value={id} lang={id}>
+            {name}
+          </option>
+        ))}
+      </select>
+    </span>
+  );
+}
+
 function StateChip(): JSX.Element {
   const status = controller.status.value;
-  if (!controller.connected.value || !status) return <span class="chip" data-test="state">Not connected</span>;
+  if (!controller.connected.value || !status) return <span class="chip" data-test="state">{t`Not connected`}</span>;
   const state = controller.state.value;
   const kind = controller.silent.value ? "" : (STATE_KIND[state] ?? "");
   return (
     <span class={`chip ${kind}`} role="status" data-test="state" data-substate={status.substate}>
-      {controller.silent.value ? "Silent" : state}
+      {controller.silent.value ? t`Silent` : tr(STATE_NAMES[state] ?? state)}
     </span>
   );
 }
@@ -83,11 +122,11 @@ function LinkButton(): JSX.Element {
     return (
       <>
         <Button
-          title={`Connected to ${controller.linkName.value}`}
+          title={t`Connected to ${controller.linkName.value}`}
           onClick={() => (isUnderWay() && controller.role.value !== "observer" ? (leaves.value = true) : leave())}
           testId="disconnect"
         >
-          Disconnect
+          {t`Disconnect`}
         </Button>
         {leaves.value && <LeaveDialog onClose={() => (leaves.value = false)} onLeave={leave} />}
       </>
@@ -95,7 +134,7 @@ function LinkButton(): JSX.Element {
   return (
     <>
       <Button kind="primary" icon="usb" disabled={controller.link.value === "opening"} onClick={() => (asks.value = true)} testId="connect">
-        {controller.link.value === "opening" ? "Connecting" : "Connect"}
+        {controller.link.value === "opening" ? t`Connecting` : t`Connect`}
       </Button>
       {asks.value && <ConnectDialog onClose={() => (asks.value = false)} />}
     </>
@@ -105,24 +144,24 @@ function LinkButton(): JSX.Element {
 const LOST_JOB = settingNumber("sender_lost");
 /** What the controller does with a job whose sender is gone, by $74. */
 const WITHOUT_SENDER = [
-  "It finishes the lines that it has, and then stops.",
-  "It slows down to a feed hold, and its spindle stops.",
-  "It stops, and discards what it has.",
+  msg`It finishes the lines that it has, and then stops.`,
+  msg`It slows down to a feed hold, and its spindle stops.`,
+  msg`It stops, and discards what it has.`,
 ];
 
 function LeaveDialog({ onClose, onLeave }: { onClose: () => void; onLeave: () => void }): JSX.Element {
   const then = WITHOUT_SENDER[Number(controller.settings.value.get(LOST_JOB) ?? NaN)];
   return (
-    <Dialog title="Disconnect while the machine is at work?" onClose={onClose}>
+    <Dialog title={t`Disconnect while the machine is at work?`} onClose={onClose}>
       <p>
-        The rest of the job is not sent, and this page cannot hold or stop the machine until it is connected again.{" "}
-        {then && `The controller then does what $${LOST_JOB} says: ${then}`}
+        {t`The rest of the job is not sent, and this page cannot hold or stop the machine until it is connected again. `}{" "}
+        {then && t`The controller then does what $${LOST_JOB} says: ${tr(then)}`}
       </p>
       <div class="row">
         <Button kind="danger" onClick={() => (onClose(), onLeave())} testId="disconnect-anyway">
-          Disconnect
+          {t`Disconnect`}
         </Button>
-        <Button onClick={onClose}>Stay connected</Button>
+        <Button onClick={onClose}>{t`Stay connected`}</Button>
       </div>
     </Dialog>
   );
@@ -134,23 +173,23 @@ function ConnectDialog({ onClose }: { onClose: () => void }): JSX.Element {
     void attempt(connect);
   };
   return (
-    <Dialog title="Connect to a controller" onClose={onClose}>
+    <Dialog title={t`Connect to a controller`} onClose={onClose}>
       <div class="stack">
         <Button kind="primary" icon="usb" disabled={!hasWebSerial()} onClick={go(connectSerial)} testId="connect-serial">
-          By USB
+          {t`By USB`}
         </Button>
         <p class="small soft">
           {hasWebSerial()
-            ? "Select the board's serial port in the browser's list."
-            : "This browser does not support serial ports: use Chrome, Edge or Opera on a computer, and open the page by https."}
+            ? t`Select the board's serial port in the browser's list.`
+            : t`This browser does not support serial ports: use Chrome, Edge or Opera on a computer, and open the page by https.`}
         </p>
         <Button icon="network" disabled={!served.value} onClick={go(connectSocket)} testId="connect-socket">
-          {served.value ? `By network: ${served.value.name}` : "By network"}
+          {served.value ? t`By network: ${served.value.name}` : t`By network`}
         </Button>
         <p class="small soft">
           {served.value
-            ? "The controller that serves this page."
-            : "Open this page from the controller, or from wificnc serve --http. Browsers do not allow a page from another site to connect to your network."}
+            ? t`The controller that serves this page.`
+            : t`Open this page from the controller, or from wificnc serve --http. Browsers do not allow a page from another site to connect to your network.`}
         </p>
       </div>
     </Dialog>
@@ -162,23 +201,23 @@ function Safety(): JSX.Element {
   const [on, linked] = [controller.commands.value, controller.connected.value]; // everyone may stop the machine
   const state = controller.state.value;
   return (
-    <div class="safety" role="group" aria-label="Stop the machine">
-      <Button kind="warn" icon="hold" disabled={!linked} title="Feed hold: slow down and wait (!)" onClick={() => controller.realtime("HOLD")} testId="hold">
-        Hold
+    <div class="safety" role="group" aria-label={t`Stop the machine`}>
+      <Button kind="warn" icon="hold" disabled={!linked} title={t`Feed hold: slow down and wait (!)`} onClick={() => controller.realtime("HOLD")} testId="hold">
+        {t`Hold`}
       </Button>
       <Button
         kind={state === "Hold" || state === "Tool" || state === "Door" ? "primary" : "plain"}
         icon="play"
         disabled={!on}
         why={on && controller.operates.value && noMotion.value}
-        title={controller.operates.value ? returnsBy() : "Resume after a hold, a door or M0 (~)"}
+        title={controller.operates.value ? returnsBy() : t`Resume after a hold, a door or M0 (~)`}
         onClick={() => controller.realtime("RESUME")}
         testId="resume"
       >
-        Resume
+        {t`Resume`}
       </Button>
-      <Button kind="danger" icon="stop" disabled={!linked} title="Stop immediately and discard all queued lines (Ctrl-X)" onClick={() => controller.reset()} testId="reset">
-        Reset
+      <Button kind="danger" icon="stop" disabled={!linked} title={t`Stop immediately and discard all queued lines (Ctrl-X)`} onClick={() => controller.reset()} testId="reset">
+        {t`Reset`}
       </Button>
     </div>
   );
@@ -191,7 +230,7 @@ export function Notices(): JSX.Element {
       {failure.value && (
         <Notice kind="bad" title={failure.value.title} text={failure.value.hint}>
           <Button size="small" onClick={() => (failure.value = null)}>
-            Close
+            {t`Close`}
           </Button>
         </Notice>
       )}
@@ -209,8 +248,8 @@ function LostNotice(): JSX.Element | null {
   if (controller.link.value === "open" && reconnected.value) return <BackNotice />;
   if (controller.link.value !== "lost" && !reconnects.value) return null;
   return (
-    <Notice kind="bad" title={`The connection to ${controller.linkName.value} was lost`} text={controller.lostWhy.value}>
-      {reconnects.value && <span class="small soft">Trying to connect again.</span>}
+    <Notice kind="bad" title={t`The connection to ${controller.linkName.value} was lost`} text={controller.lostWhy.value}>
+      {reconnects.value && <span class="small soft">{t`Trying to connect again.`}</span>}
       <Button
         size="small"
         kind="primary"
@@ -218,11 +257,11 @@ function LostNotice(): JSX.Element | null {
         onClick={() => void attempt(connectAgain)}
         testId="connect-again"
       >
-        Connect again
+        {t`Connect again`}
       </Button>
       {reconnects.value && (
         <Button size="small" onClick={() => (reconnects.value = false)}>
-          Stop trying
+          {t`Stop trying`}
         </Button>
       )}
     </Notice>
@@ -234,11 +273,11 @@ function BackNotice(): JSX.Element {
   return (
     <Notice
       kind="warn"
-      title={`Connected again after ${lost_s} s`}
-      text={lines ? `The job is not being sent any more. ${lines}` : "What the machine did meanwhile was not seen here."}
+      title={t`Connected again after ${lost_s} s`}
+      text={lines ? t`The job is not being sent any more. ${lines}` : t`What the machine did meanwhile was not seen here.`}
     >
       <Button size="small" onClick={() => (reconnected.value = null)}>
-        Close
+        {t`Close`}
       </Button>
     </Notice>
   );
@@ -250,11 +289,11 @@ function RestartNotice(): JSX.Element | null {
   return (
     <Notice
       kind="warn"
-      title="The controller has started again"
-      text="It was without power, or someone else has reset it. Check the position, or home the machine, before you continue."
+      title={t`The controller has started again`}
+      text={t`It was without power, or someone else has reset it. Check the position, or home the machine, before you continue.`}
     >
       <Button size="small" onClick={() => (controller.restarted.value = false)}>
-        Close
+        {t`Close`}
       </Button>
     </Notice>
   );
@@ -269,7 +308,7 @@ function LockedNotice(): JSX.Element | null {
     return logIn(given);
   };
   return (
-    <Notice kind="warn" title="This controller is locked" text="Without its access key you can only view its state. The key is shown over USB.">
+    <Notice kind="warn" title={t`This controller is locked`} text={t`Without its access key you can only view its state. The key is shown over USB.`}>
       <form
         class="row"
         onSubmit={(event) => {
@@ -280,13 +319,13 @@ function LockedNotice(): JSX.Element | null {
         <input
           class="input"
           type="password"
-          aria-label="Access key"
+          aria-label={t`Access key`}
           autocomplete="current-password"
           value={key.value}
           onInput={(event) => (key.value = event.currentTarget.value)}
         />
         <button class="button primary" type="submit">
-          Log in
+          {t`Log in`}
         </button>
       </form>
     </Notice>
@@ -298,18 +337,18 @@ function ObserverNotice(): JSX.Element | null {
   if (!controller.connected.value || controller.role.value !== "observer") return null;
   const take = (): void => void attempt(takeOver);
   return (
-    <Notice kind="info" title="View only" text="Another client is in control of this controller. Hold works here, too.">
+    <Notice kind="info" title={t`View only`} text={t`Another client is in control of this controller. Hold works here, too.`}>
       <Button size="small" onClick={() => (isUnderWay() ? (asks.value = true) : take())} testId="take">
-        Take control
+        {t`Take control`}
       </Button>
       {asks.value && (
-        <Dialog title="Take control of a machine at work?" onClose={() => (asks.value = false)}>
-          <p>Another client is sending a job or moves the machine. Its lines are refused from then on, and its job stays unfinished.</p>
+        <Dialog title={t`Take control of a machine at work?`} onClose={() => (asks.value = false)}>
+          <p>{t`Another client is sending a job or moves the machine. Its lines are refused from then on, and its job stays unfinished.`}</p>
           <div class="row">
             <Button kind="danger" onClick={() => ((asks.value = false), take())} testId="take-anyway">
-              Take control anyway
+              {t`Take control anyway`}
             </Button>
-            <Button onClick={() => (asks.value = false)}>Cancel</Button>
+            <Button onClick={() => (asks.value = false)}>{t`Cancel`}</Button>
           </div>
         </Dialog>
       )}
@@ -326,25 +365,25 @@ function AlarmNotice(): JSX.Element | null {
   if (controller.state.value !== "Alarm") return null;
   const code = controller.alarm.value;
   const homing = Number(controller.settings.value.get(settingNumber("homing")) ?? 0) > 0;
-  const title = code === null ? "The machine is locked" : `Alarm ${code}: ${alarmWords(code)}`;
+  const title = code === null ? t`The machine is locked` : t`Alarm ${code}: ${alarmWords(code)}`;
   if (controller.needsReset.value)
     return (
-      <Notice kind="bad" title={title} text="It accepts no commands until it is reset. Check the machine first.">
+      <Notice kind="bad" title={title} text={t`It accepts no commands until it is reset. Check the machine first.`}>
         <Button size="small" kind="danger" disabled={!controller.commands.value} onClick={() => controller.reset()}>
-          Reset
+          {t`Reset`}
         </Button>
       </Notice>
     );
-  const text = homing ? "Home it, or unlock it if you know its position." : "Unlock it if you know its position.";
+  const text = homing ? t`Home it, or unlock it if you know its position.` : t`Unlock it if you know its position.`;
   return (
     <Notice kind="bad" title={title} text={text}>
       {homing && (
         <Button size="small" icon="home" disabled={!controller.commands.value} onClick={() => void attempt(() => controller.send("$H"))}>
-          Home
+          {t`Home`}
         </Button>
       )}
       <Button size="small" icon="unlock" disabled={!controller.commands.value} onClick={() => void attempt(() => controller.send("$X"))} testId="unlock">
-        Unlock
+        {t`Unlock`}
       </Button>
     </Notice>
   );

@@ -3,17 +3,15 @@ import type { JSX } from "preact";
 import { controller, job, noMotion, preflight } from "../app";
 import { settingNumber } from "../tables";
 import { Button, Notice } from "./parts";
+import { t } from "../words";
 
 const RETURN_FEED = settingNumber("return_feed_mm_min");
 
 /** What Resume does in a parked hold, in words. */
 export function returnsBy(): string {
   const feed = Number(controller.settings.value.get(RETURN_FEED) ?? NaN);
-  const down = Number.isFinite(feed) ? `at ${feed} mm/min ($${RETURN_FEED})` : `at the feed of $${RETURN_FEED}`;
-  return (
-    "Resume lifts Z to the highest place that you moved to, crosses to where the job was left, starts spindle and coolant as the job " +
-    `had them, lowers Z ${down}, and continues the job.`
-  );
+  const down = Number.isFinite(feed) ? t`at ${feed} mm/min ($${RETURN_FEED})` : t`at the feed of $${RETURN_FEED}`;
+  return t`Resume lifts Z to the highest place that you moved to, crosses to where the job was left, starts spindle and coolant as the job had them, lowers Z ${down}, and continues the job.`;
 }
 
 export function HoldNotice(): JSX.Element | null {
@@ -35,8 +33,8 @@ function RefusedNotice(): JSX.Element | null {
   return (
     <Notice
       kind="bad"
-      title={`Still in the hold: ${why}`}
-      text={leaves ? "Press “Jog, probe or zero here” again and correct the work zero or the tool length, then press Resume." : undefined}
+      title={t`Still in the hold: ${why}`}
+      text={leaves ? t`Press “Jog, probe or zero here” again and correct the work zero or the tool length, then press Resume.` : undefined}
     />
   );
 }
@@ -44,15 +42,15 @@ function RefusedNotice(): JSX.Element | null {
 function WaitingNotice(): JSX.Element {
   const tool = controller.awaitedTool.value;
   const isOpen = controller.state.value === "Door" && controller.status.value?.substate !== 0;
-  const why = isOpen ? "Close the door first, and wait until the machine rests." : controller.status.value?.substate === 1 ? "Wait until the machine rests." : "";
+  const why = isOpen ? t`Close the door first, and wait until the machine rests.` : controller.status.value?.substate === 1 ? t`Wait until the machine rests.` : "";
   return (
     <Notice
       kind="info"
-      title={tool === null ? "The machine is in a hold" : `Change to tool T${tool}, then press Resume`}
-      text={tool === null ? "Resume continues here. To move the axes before that, take the machine over by hand; the job is kept." : toolWords(tool)}
+      title={tool === null ? t`The machine is in a hold` : t`Change to tool T${tool}, then press Resume`}
+      text={tool === null ? t`Resume continues here. To move the axes before that, take the machine over by hand; the job is kept.` : toolWords(tool)}
     >
-      <Button kind="primary" why={why} title="The job is kept at this step, and Resume returns to it" onClick={() => controller.realtime("PARK")} testId="park">
-        Jog, probe or zero here
+      <Button kind="primary" why={why} title={t`The job is kept at this step, and Resume returns to it`} onClick={() => controller.realtime("PARK")} testId="park">
+        {t`Jog, probe or zero here`}
       </Button>
       {tool !== null && <ToolSteps />}
     </Notice>
@@ -61,9 +59,9 @@ function WaitingNotice(): JSX.Element {
 
 function ParkedNotice(): JSX.Element {
   const tool = controller.awaitedTool.value;
-  const now = noMotion.value || "Jog, zero, probe, spindle and coolant are yours now.";
+  const now = noMotion.value || t`Jog, zero, probe, spindle and coolant are yours now.`;
   return (
-    <Notice kind="warn" title={tool === null ? "Parked: the job waits for Resume" : `Parked: fit tool T${tool}, set Z, then press Resume`} text={`${now} ${returnsBy()}`}>
+    <Notice kind="warn" title={tool === null ? t`Parked: the job waits for Resume` : t`Parked: fit tool T${tool}, set Z, then press Resume`} text={`${now} ${returnsBy()}`}>
       {tool !== null && <ToolSteps />}
     </Notice>
   );
@@ -74,16 +72,16 @@ function toolWords(tool: number): string {
   const changes = preflight.result.value?.report.tool_changes ?? [];
   const line = changes.find((change) => change.tool === tool && change.line >= job.currentLine.value)?.line;
   const text = job.active.value ? job.program.value?.lines.find(({ number }) => number === line)?.text : undefined;
-  return text ? `The spindle is off. The program waits in line ${line}: ${text}` : "The spindle is off. The program waits at M6.";
+  return text ? t`The spindle is off. The program waits in line ${line}: ${text}` : t`The spindle is off. The program waits at M6.`;
 }
 
 function ToolSteps(): JSX.Element {
   return (
     <ol class="steps small" data-test="tool-steps">
-      <li>Press “Jog, probe or zero here” and raise Z on the tab Control until you can reach the collet.</li>
-      <li>Fit the tool.</li>
-      <li>Its length is different: probe Z, or touch the work and zero Z. Leave X and Y as they are.</li>
-      <li>Jog clear of the work and the clamps, then press Resume.</li>
+      <li>{t`Press “Jog, probe or zero here” and raise Z on the tab Control until you can reach the collet.`}</li>
+      <li>{t`Fit the tool.`}</li>
+      <li>{t`Its length is different: probe Z, or touch the work and zero Z. Leave X and Y as they are.`}</li>
+      <li>{t`Jog clear of the work and the clamps, then press Resume.`}</li>
     </ol>
   );
 }

@@ -10,6 +10,7 @@ import { ModuleCard } from "./module";
 import { Button, Card, Check, Field, Notice } from "./parts";
 import { BoardChoice } from "./pins";
 import { StorageBar } from "./storage";
+import { t, tr } from "../words";
 
 const rpm = signal(1000);
 /** Outputs that were switched here; a program may have switched them since. */
@@ -39,50 +40,50 @@ function OutputCard(): JSX.Element {
   const why = noLines.value;
   const lamps = controller.accessories.value;
   return (
-    <Card title="Manual outputs">
-      <h3>Spindle</h3>
+    <Card title={t`Manual outputs`}>
+      <h3>{t`Spindle`}</h3>
       <div class="row">
         <input
           class="input short mono"
           type="number"
           min={0}
           step={100}
-          aria-label="Spindle speed, rpm"
+          aria-label={t`Spindle speed, rpm`}
           value={rpm.value}
           onChange={(event) => (rpm.value = Math.max(0, Number(event.currentTarget.value)))}
         />
-        <span class="small soft">rpm</span>
+        <span class="small soft">{t`rpm`}</span>
         <Button why={why} pressed={lamps.includes("S")} onClick={() => say(`M3S${rpm.value}`)}>
-          Clockwise
+          {t`Clockwise`}
         </Button>
         <Button why={why} pressed={lamps.includes("C")} onClick={() => say(`M4S${rpm.value}`)}>
-          Counter-clockwise
+          {t`Counter-clockwise`}
         </Button>
         <Button why={why} kind="warn" onClick={() => say("M5")}>
-          Off
+          {t`Off`}
         </Button>
       </div>
-      <h3>Coolant</h3>
+      <h3>{t`Coolant`}</h3>
       <div class="row">
         <Button why={why} pressed={lamps.includes("F")} onClick={() => say("M8")}>
-          Flood
+          {t`Flood`}
         </Button>
         <Button why={why} pressed={lamps.includes("M")} onClick={() => say("M7")}>
-          Mist
+          {t`Mist`}
         </Button>
         <Button why={why} kind="warn" onClick={() => say("M9")}>
-          Off
+          {t`Off`}
         </Button>
       </div>
-      <h3>Outputs of M62 to M65</h3>
+      <h3>{t`Outputs of M62 to M65`}</h3>
       <div class="row">
         {Array.from({ length: OUTPUTS }, (_, i) => (
           <Button key={i} why={why} pressed={switched.value.has(i)} onClick={() => void attempt(() => toggle(i))}>
-            {`Output ${i}`}
+            {t`Output ${i}`}
           </Button>
         ))}
       </div>
-      <p class="small soft">An output that the board does not have is refused.</p>
+      <p class="small soft">{t`An output that the board does not have is refused.`}</p>
     </Card>
   );
 }
@@ -98,13 +99,13 @@ async function toggle(output: number): Promise<void> {
 function RoleCard(): JSX.Element {
   if (board.value.target !== "esp32")
     return (
-      <Card title="Inputs and mode" tools={<BoardChoice />}>
-        <p class="soft">The inputs of {board.value.name} are those of its board file.</p>
+      <Card title={t`Inputs and mode`} tools={<BoardChoice />}>
+        <p class="soft">{t`The inputs of ${board.value.name} are those of its board file.`}</p>
       </Card>
     );
   const inputs = board.value.uses.filter((use) => use.signal.startsWith("misc_in_"));
   return (
-    <Card title="Inputs and mode" tools={<BoardChoice />}>
+    <Card title={t`Inputs and mode`} tools={<BoardChoice />}>
       <StorageBar problem={moduleFaults(board.value).join("; ")} />
       {["in_door", "in_hold", "in_start"].map((key) => (
         <InputRole key={key} row={storedNumber(key)} inputs={inputs.length} />
@@ -116,12 +117,12 @@ function RoleCard(): JSX.Element {
 
 function InputRole({ row, inputs }: { row: StoredNumber; inputs: number }): JSX.Element {
   return (
-    <Field label={row.help.split(",")[0]!}>
+    <Field label={tr(row.help).split(",")[0]!}>
       <select class="input" value={Number(valueOf(row.key) ?? row.default)} onChange={(event) => setValue(row.key, Number(event.currentTarget.value))}>
-        <option value={row.default}>none</option>
+        <option value={row.default}>{t`none`}</option>
         {Array.from({ length: inputs }, (_, i) => (
           <option key={i} value={i}>
-            input {i}
+            {t`input ${i}`}
           </option>
         ))}
       </select>
@@ -132,8 +133,8 @@ function InputRole({ row, inputs }: { row: StoredNumber; inputs: number }): JSX.
 function ModuleMode({ row }: { row: StoredNumber }): JSX.Element {
   return (
     <>
-      <Check label="This board is an I/O expansion module" checked={isModule()} onChange={(on) => setValue(row.key, on ? 1 : 0)} />
-      {isModule() && <Notice kind="warn" title="A module has no motion" text="It has no G-code and no web page: WMC3 hosts control it." />}
+      <Check label={t`This board is an I/O expansion module`} checked={isModule()} onChange={(on) => setValue(row.key, on ? 1 : 0)} />
+      {isModule() && <Notice kind="warn" title={t`A module has no motion`} text={t`It has no G-code and no web page: WMC3 hosts control it.`} />}
     </>
   );
 }

@@ -11,6 +11,7 @@ import { hasWebSerial } from "../link/serial";
 import type { Board } from "../tables";
 import { Button, Card, Check, Notice, Progress } from "./parts";
 import { PinoutCard } from "./pins";
+import { msg, t, tr } from "../words";
 
 type Stage = "rest" | "loading" | "connecting" | "writing" | "done";
 
@@ -25,9 +26,9 @@ const LOG_LINES = 200;
 
 const STAGES: Record<Stage, string> = {
   rest: "",
-  loading: "Loading and checking the firmware",
-  connecting: "Identifying the board",
-  writing: "Writing",
+  loading: msg`Loading and checking the firmware`,
+  connecting: msg`Identifying the board`,
+  writing: msg`Writing`,
   done: "",
 };
 
@@ -39,7 +40,7 @@ export function InstallTab(): JSX.Element {
   return (
     <div class="columns">
       <div class="w6 stack">
-        <Card title="1  Your board">
+        <Card title={t`1  Your board`}>
           <div class="boards">
             {boards.map((entry) => (
               <BoardButton key={entry.id} board={entry} />
@@ -59,9 +60,9 @@ function BoardButton({ board: entry }: { board: Board }): JSX.Element {
   return (
     <button type="button" class="board" aria-pressed={entry.id === board.value.id} data-test={`board-${entry.id}`} onClick={() => chooseBoard(entry.id)}>
       <strong>{entry.name}</strong>
-      <span class="small soft">{entry.summary}</span>
+      <span class="small soft">{tr(entry.summary)}</span>
       <span class="small soft mono">
-        {entry.chip_name}, {entry.axes.length} axes, {(entry.step_rate_hz / 1000).toFixed(0)} k steps/s
+        {t`${entry.chip_name}, ${entry.axes.length} axes, ${(entry.step_rate_hz / 1000).toFixed(0)} k steps/s`}
       </span>
     </button>
   );
@@ -72,28 +73,28 @@ function InstallCard(): JSX.Element {
   const usb = board.value.target === "esp32";
   const busy = ["loading", "connecting", "writing"].includes(stage.value);
   return (
-    <Card title="2  Install">
+    <Card title={t`2  Install`}>
       {index.value === null && (
-        <Notice kind="warn" title="No firmware is stored with this page" text="The page of a release includes it. From a checkout: wificnc build, then wificnc flash." />
+        <Notice kind="warn" title={t`No firmware is stored with this page`} text={t`The page of a release includes it. From a checkout: wificnc build, then wificnc flash.`} />
       )}
-      {row?.missing && <Notice kind="warn" title="No firmware for this board" text={row.missing} />}
+      {row?.missing && <Notice kind="warn" title={t`No firmware for this board`} text={row.missing} />}
       {!usb && (
-        <Notice kind="info" title="This board cannot be flashed from a browser" text={`Use the command line: wificnc flash ${board.value.id}`} />
+        <Notice kind="info" title={t`This board cannot be flashed from a browser`} text={t`Use the command line: wificnc flash ${board.value.id}`} />
       )}
       {!hasWebSerial() && usb && (
-        <Notice kind="warn" title="This browser does not support serial ports" text="Use Chrome, Edge or Opera on a computer, with a page opened by https or from this computer." />
+        <Notice kind="warn" title={t`This browser does not support serial ports`} text={t`Use Chrome, Edge or Opera on a computer, with a page opened by https or from this computer.`} />
       )}
       {usb && (
         <>
           <p class="soft small">
-            Connect the board by USB. Its stored settings, networks and pins are not changed unless you erase everything.
+            {t`Connect the board by USB. Its stored settings, networks and pins are not changed unless you erase everything.`}
           </p>
-          <Check label="Erase everything first" checked={erase.value} disabled={busy} onChange={(on) => (erase.value = on)} />
+          <Check label={t`Erase everything first`} checked={erase.value} disabled={busy} onChange={(on) => (erase.value = on)} />
           <div class="row">
             <Button kind="primary" icon="install" disabled={busy || !row?.manifests.length || !hasWebSerial()} onClick={() => void attempt(install)} testId="install">
-              Install {index.value?.version ?? ""}
+              {t`Install`}{" "}{index.value?.version ?? ""}
             </Button>
-            {busy && <span class="soft">{STAGES[stage.value]}</span>}
+            {busy && <span class="soft">{tr(STAGES[stage.value])}</span>}
           </div>
         </>
       )}
@@ -108,20 +109,20 @@ function Result(): JSX.Element {
     <>
       {stage.value === "writing" && (
         <>
-          <Progress value={done.value.share} label="Writing" />
+          <Progress value={done.value.share} label={t`Writing`} />
           <p class="small soft mono">{done.value.part}</p>
         </>
       )}
       {stage.value === "done" && (
-        <Notice kind="good" title="Installed and verified" text="The board has restarted. Connect by USB, or set your WiFi in the Network tab." />
+        <Notice kind="good" title={t`Installed and verified`} text={t`The board has restarted. Connect by USB, or set your WiFi in the Network tab.`} />
       )}
       {chip && (
         <dl class="facts small">
-          <dt>Chip</dt>
+          <dt>{t`Chip`}</dt>
           <dd>{chip.description}</dd>
-          <dt>Flash</dt>
-          <dd>{chip.flashMb} MB</dd>
-          <dt>MAC</dt>
+          <dt>{t`Flash`}</dt>
+          <dd>{t`${chip.flashMb} MB`}</dd>
+          <dt>{t`MAC`}</dt>
           <dd class="mono">{chip.mac}</dd>
         </dl>
       )}
@@ -130,7 +131,7 @@ function Result(): JSX.Element {
       ))}
       {log.value.length > 0 && (
         <details>
-          <summary class="small soft">Boot loader messages</summary>
+          <summary class="small soft">{t`Boot loader messages`}</summary>
           <pre class="code">{log.value.join("\n")}</pre>
         </details>
       )}

@@ -15,6 +15,7 @@ import { OverrideCard } from "./control";
 import { FrameButton } from "./frame";
 import { Button, Card, Dialog, Field, FileButton, Notice, Progress, duration } from "./parts";
 import { PathView } from "./path";
+import { msg, t, tr } from "../words";
 
 const ACCEPT = ".nc,.ngc,.gcode,.gc,.tap,.cnc,.txt";
 const FINDINGS_SHOWN = 8;
@@ -24,7 +25,7 @@ export function JobTab(): JSX.Element {
   useEffect(checkKept, [job.program.value]);
   if (!job.program.value)
     return (
-      <Card title="Job">
+      <Card title={t`Job`}>
         <Drop />
       </Card>
     );
@@ -67,10 +68,10 @@ function Drop(): JSX.Element {
         if (file) void attempt(() => open(file));
       }}
     >
-      <strong>Drop a G-code file here</strong>
-      <span class="small">The file is not uploaded. The path and the time are computed by the controller's core in this browser.</span>
+      <strong>{t`Drop a G-code file here`}</strong>
+      <span class="small">{t`The file is not uploaded. The path and the time are computed by the controller's core in this browser.`}</span>
       <FileButton accept={ACCEPT} kind="primary" onFile={(file) => void attempt(() => open(file))} testId="job-file">
-        Choose a file
+        {t`Choose a file`}
       </FileButton>
     </div>
   );
@@ -82,7 +83,7 @@ function close(): void {
 }
 
 async function open(file: File): Promise<void> {
-  if (job.active.value) throw new Error("A job is running: stop it first");
+  if (job.active.value) throw new Error(t`A job is running: stop it first`);
   job.unload(); // also when the new file cannot be read: what is shown is what Start would send
   preflight.forget();
   job.load(readProgram(file.name, await file.text()));
@@ -98,18 +99,18 @@ function PathCard(): JSX.Element {
       tools={
         <>
           <FileButton accept={ACCEPT} onFile={(file) => void attempt(() => open(file))} testId="job-file">
-            Other file
+            {t`Other file`}
           </FileButton>
-          <Button why={job.active.value && "Stop the job first."} title="This browser keeps the job until then" onClick={close} testId="job-close">
-            Close
+          <Button why={job.active.value && t`Stop the job first.`} title={t`This browser keeps the job until then`} onClick={close} testId="job-close">
+            {t`Close`}
           </Button>
         </>
       }
     >
       {preflight.progress.value !== null && (
         <>
-          <p class="soft small">Checking the job in virtual time.</p>
-          <Progress value={preflight.progress.value} label="Preflight" />
+          <p class="soft small">{t`Checking the job in virtual time.`}</p>
+          <Progress value={preflight.progress.value} label={t`Preflight`} />
         </>
       )}
       {preflight.failed.value && <Notice kind="bad" title={preflight.failed.value} />}
@@ -127,7 +128,7 @@ function CodeAround(): JSX.Element {
   const at = Math.max(0, program.lines.findIndex((line) => line.number >= job.currentLine.value));
   const shown = program.lines.slice(Math.max(0, at - AROUND), at + AROUND + 1);
   return (
-    <pre class="code" aria-label="Lines of the job">
+    <pre class="code" aria-label={t`Lines of the job`}>
       {shown.map((line) => `${line.number === job.currentLine.value ? "▸" : " "} ${String(line.number).padStart(5)}  ${line.text}\n`)}
     </pre>
   );
@@ -141,11 +142,11 @@ function CheckCard(): JSX.Element | null {
   const { report } = done;
   const warning = laserWarning(report, done.standing.origin_mm);
   return (
-    <Card title="Preflight" tools={<Button size="small" onClick={() => void attempt(checkJob)}>Check again</Button>}>
+    <Card title={t`Preflight`} tools={<Button size="small" onClick={() => void attempt(checkJob)}>{t`Check again`}</Button>}>
       {report.error_count === 0 ? (
-        travel(done).length === 0 && <Notice kind="good" title="Check passed" />
+        travel(done).length === 0 && <Notice kind="good" title={t`Check passed`} />
       ) : (
-        <Notice kind="bad" title={report.error_count === 1 ? "One line is refused" : `${report.error_count} lines are refused`} />
+        <Notice kind="bad" title={report.error_count === 1 ? t`One line is refused` : t`${report.error_count} lines are refused`} />
       )}
       {report.error_count > 0 && (
         <ul class="small">
@@ -155,7 +156,7 @@ function CheckCard(): JSX.Element | null {
         </ul>
       )}
       {travel(done).map((finding) => (
-        <Notice key={finding.axis} kind="bad" title={`${finding.axis}: the job does not fit the machine`} text={finding.text} />
+        <Notice key={finding.axis} kind="bad" title={t`${finding.axis}: the job does not fit the machine`} text={finding.text} />
       ))}
       {warning && <Notice kind="warn" title={warning.title} text={warning.text} />}
       <ToolChanges report={report} />
@@ -172,11 +173,11 @@ function travel({ standing, report }: Preflight): TravelFinding[] {
 }
 
 function checkedWith({ standing, report, refused }: Preflight): string {
-  if (standing === NOWHERE) return "With default settings, work zero at machine zero: connect to check it on your machine.";
+  if (standing === NOWHERE) return t`With default settings, work zero at machine zero: connect to check it on your machine.`;
   const unplaced = [...unplacedAxes(standing, report.min_mm, report.max_mm)].join(", ");
-  const text = "With the settings, the offsets and the place of the connected machine.";
-  const place = unplaced && ` ${unplaced}: not homed, so whether the job fits there is not known.`;
-  return `${text}${place}${refused.length > 0 ? ` This page's core did not accept ${refused.join(", ")}.` : ""}`;
+  const text = t`With the settings, the offsets and the place of the connected machine.`;
+  const place = unplaced && t` ${unplaced}: not homed, so whether the job fits there is not known.`;
+  return `${text}${place}${refused.length > 0 ? t` This page's core did not accept ${refused.join(", ")}.` : ""}`;
 }
 
 function ToolChanges({ report }: { report: Report }): JSX.Element | null {
@@ -185,14 +186,14 @@ function ToolChanges({ report }: { report: Report }): JSX.Element | null {
   if (shown.length === 0) return null;
   return (
     <div class="small" data-test="tool-changes">
-      The machine waits for Resume at each tool change (M6):
+      {t`The machine waits for Resume at each tool change (M6):`}
       <ul>
         {shown.map(({ line, tool }, i) => (
           <li key={i}>
-            Line {line}: T{tool}
+            {t`Line ${line}: T${tool}`}
           </li>
         ))}
-        {more > 0 && <li>and {more} more</li>}
+        {more > 0 && <li>{t`and ${more} more`}</li>}
       </ul>
     </div>
   );
@@ -205,9 +206,9 @@ function Figures({ done }: { done: Preflight }): JSX.Element {
   return (
     <>
       <dl class="facts">
-        <dt>Time</dt>
+        <dt>{t`Time`}</dt>
         <dd data-test="job-time">{duration(report.seconds)}</dd>
-        <dt>Cutting, rapids</dt>
+        <dt>{t`Cutting, rapids`}</dt>
         <dd>
           {duration(report.cutting_seconds)}, {duration(report.rapid_seconds)}
         </dd>
@@ -215,10 +216,10 @@ function Figures({ done }: { done: Preflight }): JSX.Element {
       <table>
         <thead>
           <tr>
-            <th>Axis</th>
-            <th class="number">from</th>
-            <th class="number">to</th>
-            <th class="number">fastest</th>
+            <th>{t`Axis`}</th>
+            <th class="number">{t`from`}</th>
+            <th class="number">{t`to`}</th>
+            <th class="number">{t`fastest`}</th>
           </tr>
         </thead>
         <tbody>
@@ -242,25 +243,25 @@ function Figures({ done }: { done: Preflight }): JSX.Element {
 // ---- sending ----
 
 const RESULT: Record<string, { kind: "good" | "warn" | "bad"; title: string }> = {
-  done: { kind: "good", title: "The job is finished" },
-  stopped: { kind: "warn", title: "The job was stopped" },
-  failed: { kind: "bad", title: "The job ended with an error" },
-  lost: { kind: "bad", title: "The connection was lost during the job" },
-  left: { kind: "bad", title: "This page was closed or loaded again during the job" },
+  done: { kind: "good", title: msg`The job is finished` },
+  stopped: { kind: "warn", title: msg`The job was stopped` },
+  failed: { kind: "bad", title: msg`The job ended with an error` },
+  lost: { kind: "bad", title: msg`The connection was lost during the job` },
+  left: { kind: "bad", title: msg`This page was closed or loaded again during the job` },
 };
 
 /** Why a start wants a second thought. */
 function doubts(): string[] {
   const done = preflight.result.value;
-  if (!done) return ["The preflight has not finished."];
+  if (!done) return [t`The preflight has not finished.`];
   const { error_count } = done.report;
-  const lines = error_count === 1 ? "One line is refused" : `${error_count} lines are refused`;
-  return [...(error_count > 0 ? [`${lines}: the job will stop there.`] : []), ...travel(done).map((finding) => finding.text)];
+  const lines = error_count === 1 ? t`One line is refused` : t`${error_count} lines are refused`;
+  return [...(error_count > 0 ? [t`${lines}: the job will stop there.`] : []), ...travel(done).map((finding) => finding.text)];
 }
 
 function StartDialog({ onClose }: { onClose: () => void }): JSX.Element {
   return (
-    <Dialog title="Start this job all the same?" onClose={onClose}>
+    <Dialog title={t`Start this job all the same?`} onClose={onClose}>
       <ul>
         {doubts().map((text) => (
           <li key={text}>{text}</li>
@@ -268,9 +269,9 @@ function StartDialog({ onClose }: { onClose: () => void }): JSX.Element {
       </ul>
       <div class="row">
         <Button kind="danger" icon="play" onClick={() => (onClose(), job.start())} testId="start-anyway">
-          Start
+          {t`Start`}
         </Button>
-        <Button onClick={onClose}>Cancel</Button>
+        <Button onClick={onClose}>{t`Cancel`}</Button>
       </div>
     </Dialog>
   );
@@ -283,33 +284,33 @@ function RunCard(): JSX.Element {
   const total = job.total;
   const ready = controller.commands.value && controller.state.value === "Idle" && !job.active.value && !doing.value;
   return (
-    <Card title="Run">
+    <Card title={t`Run`}>
       <div class="row">
         {job.active.value ? (
           <Button kind="warn" icon="stop" disabled={state === "stopping"} onClick={() => job.stop()} testId="job-stop">
-            {state === "stopping" ? "Stopping" : "Stop the job"}
+            {state === "stopping" ? t`Stopping` : t`Stop the job`}
           </Button>
         ) : (
           <Button kind="primary" icon="play" disabled={!ready} onClick={() => (doubts().length > 0 ? (asks.value = true) : job.start())} testId="job-start">
-            Start
+            {t`Start`}
           </Button>
         )}
         {!job.active.value && <FrameButton />}
         {asks.value && <StartDialog onClose={() => (asks.value = false)} />}
-        {!controller.connected.value && <span class="small soft">Connect first.</span>}
-        {controller.connected.value && !ready && !job.active.value && <span class="small soft">The machine must be idle.</span>}
+        {!controller.connected.value && <span class="small soft">{t`Connect first.`}</span>}
+        {controller.connected.value && !ready && !job.active.value && <span class="small soft">{t`The machine must be idle.`}</span>}
       </div>
-      <Progress value={total ? job.executed.value / total : 0} label="Lines executed" />
+      <Progress value={total ? job.executed.value / total : 0} label={t`Lines executed`} />
       <dl class="facts">
-        <dt>Lines</dt>
+        <dt>{t`Lines`}</dt>
         <dd data-test="job-lines">
-          {job.executed.value} of {total}
+          {t`${job.executed.value} of ${total}`}
         </dd>
-        <dt>Time left</dt>
+        <dt>{t`Time left`}</dt>
         <dd>{timeLeft()}</dd>
       </dl>
-      {result && <Notice kind={result.kind} title={result.title} text={job.why.value} />}
-      {notKept.value && <p class="small soft">This browser does not keep the job ({notKept.value}): a reload of the page loses it.</p>}
+      {result && <Notice kind={result.kind} title={tr(result.title)} text={job.why.value} />}
+      {notKept.value && <p class="small soft">{t`This browser does not keep the job (${notKept.value}): a reload of the page loses it.`}</p>}
       <ResumeBar />
     </Card>
   );
@@ -339,8 +340,8 @@ function ResumeBar(): JSX.Element | null {
     <>
       <div class="row">
         <Field
-          label={ended ? "Resume from line" : "Start from line"}
-          hint={ended ? "The line that was being executed at the controller's last report." : "The state of the lines before is restored first: you see how."}
+          label={ended ? t`Resume from line` : t`Start from line`}
+          hint={ended ? t`The line that was being executed at the controller's last report.` : t`The state of the lines before is restored first: you see how.`}
         >
           <input
             class="input short mono"
@@ -353,7 +354,7 @@ function ResumeBar(): JSX.Element | null {
           />
         </Field>
         <Button disabled={!controller.commands.value || controller.state.value !== "Idle" || doing.value !== ""} onClick={() => void make()} testId="resume-plan">
-          {ended ? "Prepare resume" : "Prepare start"}
+          {ended ? t`Prepare resume` : t`Prepare start`}
         </Button>
       </div>
       {plan.value && <ResumeDialog plan={plan.value} onClose={() => (plan.value = null)} />}
@@ -373,8 +374,8 @@ function facts(): MachineFacts {
 
 function ResumeDialog({ plan, onClose }: { plan: Resume; onClose: () => void }): JSX.Element {
   return (
-    <Dialog title={`Resume from line ${plan.line}`} onClose={onClose}>
-      <p class="soft">Before the first cut the machine does the following. Watch it, and be ready to press Hold.</p>
+    <Dialog title={t`Resume from line ${plan.line}`} onClose={onClose}>
+      <p class="soft">{t`Before the first cut the machine does the following. Watch it, and be ready to press Hold.`}</p>
       <pre class="code" data-test="resume-preamble">
         {plan.preamble.join("\n")}
       </pre>
@@ -395,9 +396,9 @@ function ResumeDialog({ plan, onClose }: { plan: Resume; onClose: () => void }):
             }
           }}
         >
-          Start resume
+          {t`Start resume`}
         </Button>
-        <Button onClick={onClose}>Cancel</Button>
+        <Button onClick={onClose}>{t`Cancel`}</Button>
       </div>
     </Dialog>
   );

@@ -12,40 +12,42 @@ import { Button, Card, Check, Field, Notice } from "./parts";
 import { BoardChoice } from "./pins";
 import { StorageBar } from "./storage";
 import { UpdateCard } from "./update";
+import { msg, t, tr } from "../words";
 
 const shown = signal(false);
 const TITLES: Record<string, string> = {
-  wifi_ssid: "WiFi network",
-  wifi_pass: "Its password",
-  ap_pass: "Password of the controller's own network",
-  access_key: "Access key of network clients",
-  http_names: "Local names of the page",
+  wifi_ssid: msg`WiFi network`,
+  wifi_pass: msg`Its password`,
+  host_name: msg`Name of the controller`,
+  ap_pass: msg`Password of the controller's own network`,
+  access_key: msg`Access key of network clients`,
+  http_names: msg`Local names of the page`,
 };
 
 /** Bytes, as the controller counts them; "" when it is good. */
 function textProblem(row: StoredText, text: string): string {
   const size = new TextEncoder().encode(text).length;
   if (text === "" || (size >= row.min && size <= row.max)) return "";
-  return `${size} bytes, but it takes ${row.min} to ${row.max}`;
+  return t`${size} bytes, but it takes ${row.min} to ${row.max}`;
 }
 
 export function NetworkTab(): JSX.Element {
   const problem = TABLES.storage.text.map((row) => textProblem(row, String(valueOf(row.key) ?? ""))).find((why) => why !== "") ?? "";
   if (board.value.target !== "esp32")
     return (
-      <Card title="Network" tools={<BoardChoice />}>
-        <p class="soft">{board.value.name} has no network to set up.</p>
+      <Card title={t`Network`} tools={<BoardChoice />}>
+        <p class="soft">{t`${board.value.name} has no network to set up.`}</p>
       </Card>
     );
   return (
     <div class="columns">
       <div class="w7 stack">
-        <Card title="Network" tools={<BoardChoice />}>
+        <Card title={t`Network`} tools={<BoardChoice />}>
           <StorageBar problem={problem} />
           {TABLES.storage.text.map((row) => (
             <TextField key={row.key} row={row} />
           ))}
-          <Check label="Show passwords" checked={shown.value} onChange={(on) => (shown.value = on)} />
+          <Check label={t`Show passwords`} checked={shown.value} onChange={(on) => (shown.value = on)} />
         </Card>
       </div>
       <div class="w5 stack">
@@ -62,7 +64,7 @@ function TextField({ row }: { row: StoredText }): JSX.Element {
   const text = String(valueOf(row.key) ?? "");
   const problem = textProblem(row, text);
   return (
-    <Field label={TITLES[row.key] ?? row.help} hint={problem || row.help}>
+    <Field label={tr(TITLES[row.key] ?? row.help)} hint={problem || tr(row.help)}>
       <input
         class="input"
         {...kind(row)}
@@ -116,7 +118,7 @@ function JoinCard(): JSX.Element {
       }
     });
   return (
-    <Card title="Join a WiFi network now">
+    <Card title={t`Join a WiFi network now`}>
       <form
         class="stack"
         onSubmit={(event) => {
@@ -124,26 +126,26 @@ function JoinCard(): JSX.Element {
           void join();
         }}
       >
-        <Field label="Network" hint="The board must be connected by USB, and the machine must be stopped.">
+        <Field label={t`Network`} hint={t`The board must be connected by USB, and the machine must be stopped.`}>
           <input class="input" value={network.value} autocomplete="off" data-test="join-network" onInput={(event) => (network.value = event.currentTarget.value)} />
         </Field>
         <div class="row">
           <Button icon="network" disabled={looking.value || joining.value || !hasWebSerial()} onClick={() => void look()} testId="scan">
-            {looking.value ? "Looking" : "Search for networks"}
+            {looking.value ? t`Looking` : t`Search for networks`}
           </Button>
         </div>
         {found.value && <FoundNetworks found={found.value} />}
-        <Field label="Password">
+        <Field label={t`Password`}>
           <input class="input" type="password" value={password.value} autocomplete="off" data-test="join-password" onInput={(event) => (password.value = event.currentTarget.value)} />
         </Field>
         <div class="row">
           <button class="button primary" type="submit" disabled={joining.value || network.value === "" || !hasWebSerial()} data-test="join">
-            {joining.value ? "Joining" : "Join"}
+            {joining.value ? t`Joining` : t`Join`}
           </button>
         </div>
       </form>
       {joined.value && (
-        <Notice kind="good" title={`${joined.value.name} is on this network`} text={`${joined.value.firmware}, ${joined.value.address}`} />
+        <Notice kind="good" title={t`${joined.value.name} is on this network`} text={`${joined.value.firmware}, ${joined.value.address}`} />
       )}
     </Card>
   );
@@ -151,14 +153,14 @@ function JoinCard(): JSX.Element {
 
 /** To take one of them. */
 function FoundNetworks({ found }: { found: Network[] }): JSX.Element {
-  if (found.length === 0) return <p class="small faint">The board found no network. It supports 2.4 GHz only.</p>;
+  if (found.length === 0) return <p class="small faint">{t`The board found no network. It supports 2.4 GHz only.`}</p>;
   return (
-    <ul class="stack bare" aria-label="Networks found by the board">
+    <ul class="stack bare" aria-label={t`Networks found by the board`}>
       {found.map(({ name, rssi_dbm, secured }) => (
         <li key={name} class="row">
           <Button onClick={() => (network.value = name)}>{name}</Button>
           <span class="small faint">
-            {rssi_dbm} dBm{secured ? "" : ", open"}
+            {t`${rssi_dbm} dBm${secured ? "" : t`, open`}`}
           </span>
         </li>
       ))}
@@ -168,16 +170,16 @@ function FoundNetworks({ found }: { found: Network[] }): JSX.Element {
 
 function HowCard(): JSX.Element {
   return (
-    <Card title="Which network it uses">
+    <Card title={t`Which network it uses`}>
       <dl class="facts">
-        {board.value.ethernet && <dt>Ethernet</dt>}
-        {board.value.ethernet && <dd>With a cable and an address for 5 seconds; WiFi is switched off.</dd>}
-        <dt>Your WiFi</dt>
-        <dd>Its name is stored{board.value.ethernet ? " if there is no Ethernet" : ""}; tried again after 1, 2, 4 … 60 seconds.</dd>
-        <dt>Its own</dt>
-        <dd>WiFiCNC-XXXX at 192.168.4.1: if no network name is stored, or it could not connect for a minute.</dd>
+        {board.value.ethernet && <dt>{t`Ethernet`}</dt>}
+        {board.value.ethernet && <dd>{t`With a cable and an address for 5 seconds; WiFi is switched off.`}</dd>}
+        <dt>{t`Your WiFi`}</dt>
+        <dd>{t`Its name is stored${board.value.ethernet ? t` if there is no Ethernet` : ""}; tried again after 1, 2, 4 … 60 seconds.`}</dd>
+        <dt>{t`Its own`}</dt>
+        <dd>{t`WiFiCNC-XXXX at 192.168.4.1: if no network name is stored, or it could not connect for a minute.`}</dd>
       </dl>
-      <Notice kind="info" title="Its host name" text="WiFiCNC-XXXX.local; wificnc discover finds it." />
+      <Notice kind="info" title={t`Its host name`} text={t`WiFiCNC-XXXX.local; wificnc discover finds it.`} />
     </Card>
   );
 }
@@ -203,14 +205,14 @@ function NeighboursCard(): JSX.Element {
       }
     });
   return (
-    <Card title="Controllers on this network">
+    <Card title={t`Controllers on this network`}>
       <div class="row">
         <Button icon="network" disabled={searching.value} onClick={() => void search()} testId="discover">
-          {searching.value ? "Looking" : "Search for controllers"}
+          {searching.value ? t`Looking` : t`Search for controllers`}
         </Button>
       </div>
-      {neighbours.value?.length === 0 && <p class="small faint">No controller answered. Controllers on another network cannot be found.</p>}
-      <ul class="stack bare" aria-label="Controllers found">
+      {neighbours.value?.length === 0 && <p class="small faint">{t`No controller answered. Controllers on another network cannot be found.`}</p>}
+      <ul class="stack bare" aria-label={t`Controllers found`}>
         {neighbours.value?.map(({ name, address, board: id }) => (
           <li key={name} class="row">
             <a href={`http://${address}/`} target="_blank" rel="noreferrer">
@@ -228,7 +230,7 @@ function NeighboursCard(): JSX.Element {
 
 async function findNeighbours(): Promise<Neighbour[]> {
   const answer = await fetch(new URL("./api/discover", document.baseURI));
-  if (answer.status === 404) throw new LinkError("This page cannot search for controllers", "Use wificnc discover, or open the page with wificnc serve --http.");
-  if (!answer.ok) throw new LinkError("This network cannot be searched", await answer.text());
+  if (answer.status === 404) throw new LinkError(t`This page cannot search for controllers`, t`Use wificnc discover, or open the page with wificnc serve --http.`);
+  if (!answer.ok) throw new LinkError(t`This network cannot be searched`, await answer.text());
   return (await answer.json()) as Neighbour[];
 }

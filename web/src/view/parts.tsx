@@ -1,6 +1,7 @@
 /** The small parts that every tab is made of. */
 import type { ComponentChildren, JSX } from "preact";
 import { useEffect, useId, useRef } from "preact/hooks";
+import { t } from "../words";
 
 const ICONS = {
   control: "M12 3v18M3 12h18M12 3l-3 3M12 3l3 3M12 21l-3-3M12 21l3-3M3 12l3-3M3 12l3 3M21 12l-3-3M21 12l-3 3",
@@ -164,7 +165,7 @@ export function Dialog(props: { title: string; onClose: () => void; children: Co
       <div class="dialog-body">
         <div class="row between">
           <h2 id={id}>{props.title}</h2>
-          <Button icon="close" label="Close" size="small" onClick={() => dialog.current?.close()} />
+          <Button icon="close" label={t`Close`} size="small" onClick={() => dialog.current?.close()} />
         </div>
         {props.children}
       </div>
@@ -211,6 +212,6 @@ export function saveFile(name: string, data: string | Uint8Array<ArrayBuffer>): 
 export function duration(seconds: number): string {
   const whole = Math.round(seconds);
   const [h, m, s] = [Math.floor(whole / 3600), Math.floor(whole / 60) % 60, whole % 60];
-  if (h > 0) return `${h} h ${m} min`;
-  return m > 0 ? `${m} min ${s} s` : `${seconds < 10 ? seconds.toFixed(1) : s} s`;
+  if (h > 0) return t`${h} h ${m} min`;
+  return m > 0 ? t`${m} min ${s} s` : `${seconds < 10 ? seconds.toFixed(1) : s} s`;
 }

@@ -9,6 +9,7 @@ import { levelColours, type Scene } from "../job/scene";
 import { AXES, TABLES } from "../tables";
 import { draw, inkOf } from "./drawing";
 import { Segments } from "./parts";
+import { t } from "../words";
 
 const ZOOM_MIN = 0.3;
 const ZOOM_MAX = 60;
@@ -29,10 +30,10 @@ export function PathView({ preflight: done }: { preflight: Preflight }): JSX.Ele
     <div class="path">
       <canvas ref={canvas} role="img" aria-label={describePath(done)} {...gestures(kind.value)} />
       <Segments
-        label="View"
+        label={t`View`}
         value={kind.value}
         options={[
-          { value: "top" as Kind, text: "Top" },
+          { value: "top" as Kind, text: t`Top` },
           { value: "slanted" as Kind, text: "3-D" },
         ]}
         onChange={choose}
@@ -45,7 +46,7 @@ export function PathView({ preflight: done }: { preflight: Preflight }): JSX.Ele
 function describePath(done: Preflight): string {
   const size = done.report.max_mm.slice(0, 3).map((high, i) => (high - done.report.min_mm[i]!).toFixed(1));
   const tool = toolPosition(done)?.slice(0, 3).map((mm, i) => `${AXES[i]} ${mm.toFixed(1)}`);
-  return `Path of ${done.program.name}: ${size.join(" by ")} mm${tool ? `; tool at ${tool.join(", ")}` : ""}`;
+  return t`Path of ${done.program.name}: ${size.join(t` by `)} mm${tool ? t`; tool at ${tool.join(", ")}` : ""}`;
 }
 
 function Legend({ scene }: { scene: Scene }): JSX.Element {
@@ -55,18 +56,18 @@ function Legend({ scene }: { scene: Scene }): JSX.Element {
   return (
     <div class="legend" aria-hidden="true">
       <span class="scale" style={{ "--scale": scale }}>
-        {engraving ? `0 to ${engraving.black.toPrecision(3)} ms/mm at full power` : `0 to ${Math.round(scene.topSpeed_mm_min)} mm/min`}
+        {engraving ? t`0 to ${engraving.black.toPrecision(3)} ms/mm at full power` : t`0 to ${Math.round(scene.topSpeed_mm_min)} mm/min`}
       </span>
       <span class="rapid" style={{ "--mark": inkOf(theme.value).rapid }}>
-        rapid
+        {t`rapid`}
       </span>
       <span class="start" style={{ "--mark": start }}>
-        start
+        {t`start`}
       </span>
       <span class="end" style={{ "--mark": end }}>
-        end
+        {t`end`}
       </span>
-      <span class="tool">tool</span>
+      <span class="tool">{t`tool`}</span>
     </div>
   );
 }

@@ -9,6 +9,7 @@ import { TABLES, type Board, type StoredPin } from "../tables";
 import { Card, Check, Notice } from "./parts";
 import { StorageBar } from "./storage";
 import { NetworkPins } from "./wiring";
+import { t, tr } from "../words";
 
 const showIllegal = signal(false);
 const { none } = TABLES.storage;
@@ -18,7 +19,7 @@ export function PinsTab(): JSX.Element {
   return (
     <div class="columns">
       <div class="w6 stack">
-        <Card title="Pins" tools={<BoardChoice />}>
+        <Card title={t`Pins`} tools={<BoardChoice />}>
           {movable ? <MovablePins board={board.value} /> : <FixedPins board={board.value} />}
         </Card>
       </div>
@@ -31,7 +32,7 @@ export function PinsTab(): JSX.Element {
 
 export function BoardChoice(): JSX.Element {
   return (
-    <select class="input" aria-label="Board" value={board.value.id} onChange={(event) => chooseBoard(event.currentTarget.value)}>
+    <select class="input" aria-label={t`Board`} value={board.value.id} onChange={(event) => chooseBoard(event.currentTarget.value)}>
       {BOARDS.map((entry) => (
         <option key={entry.id} value={entry.id}>
           {entry.name}
@@ -43,12 +44,12 @@ export function BoardChoice(): JSX.Element {
 
 export function PinoutCard(): JSX.Element {
   return (
-    <Card title="Pin-out">
-      <a href={pinoutUrl(board.value.id)} target="_blank" rel="noreferrer" title="Open in a new tab">
-        <img class="pinout" src={pinoutUrl(board.value.id)} alt={`Pin-out of ${board.value.name}; the table of pins has the same data`} />
+    <Card title={t`Pin-out`}>
+      <a href={pinoutUrl(board.value.id)} target="_blank" rel="noreferrer" title={t`Open in a new tab`}>
+        <img class="pinout" src={pinoutUrl(board.value.id)} alt={t`Pin-out of ${board.value.name}; the table of pins has the same data`} />
       </a>
       {board.value.notes.map((note) => (
-        <p key={note} class="small soft">
+        <p key={note} class="small soft" lang="en">
           {note}
         </p>
       ))}
@@ -63,15 +64,15 @@ function MovablePins({ board: wired }: { board: Board }): JSX.Element {
     <>
       <StorageBar problem={wrong.join("; ")} />
       <NetworkPins board={wired} problem={wrong.join("; ")} />
-      {wrong.length > 0 && <Notice kind="bad" title="The firmware would refuse this and use the board's pins" text={wrong.join("; ")} />}
-      <Check label="List unsuitable pins, with the reason" checked={showIllegal.value} onChange={(on) => (showIllegal.value = on)} />
+      {wrong.length > 0 && <Notice kind="bad" title={t`The firmware would refuse this and use the board's pins`} text={wrong.join("; ")} />}
+      <Check label={t`List unsuitable pins, with the reason`} checked={showIllegal.value} onChange={(on) => (showIllegal.value = on)} />
       <div class="scroll">
         <table>
           <thead>
             <tr>
-              <th>Signal</th>
-              <th>Pin</th>
-              <th class="hide-narrow">Board default</th>
+              <th>{t`Signal`}</th>
+              <th>{t`Pin`}</th>
+              <th class="hide-narrow">{t`Board default`}</th>
             </tr>
           </thead>
           <tbody>
@@ -96,12 +97,12 @@ function PinLine({ board: wired, row }: { board: Board; row: StoredPin }): JSX.E
         <svg class="swatch" viewBox="0 0 10 10" aria-hidden="true">
           <rect width="10" height="10" rx="3" fill={colour} />
         </svg>
-        {row.label} <span class="small faint">{row.output ? "out" : "in"}</span>
+        {tr(row.label)} <span class="small faint">{row.output ? t`out` : t`in`}</span>
       </td>
       <td>
         <select
           class="input"
-          aria-label={`Pin of ${row.label}`}
+          aria-label={t`Pin of ${tr(row.label)}`}
           data-test={`pin-${row.key}`}
           value={number === null ? none : number}
           onChange={(event) => {
@@ -109,7 +110,7 @@ function PinLine({ board: wired, row }: { board: Board; row: StoredPin }): JSX.E
             setValue(row.key, chosen === own ? null : chosen);
           }}
         >
-          <option value={none}>not wired</option>
+          <option value={none}>{t`not wired`}</option>
           {options(wired, row, number)}
         </select>
       </td>
@@ -135,19 +136,19 @@ function options(wired: Board, row: StoredPin, chosen: number | null): JSX.Eleme
 function FixedPins({ board: wired }: { board: Board }): JSX.Element {
   return (
     <>
-      <p class="soft small">The pins of this board are set in its board file; `wificnc build` includes them in the firmware.</p>
+      <p class="soft small">{t`The pins of this board are set in its board file; \`wificnc build\` includes them in the firmware.`}</p>
       <div class="scroll">
         <table>
           <thead>
             <tr>
-              <th>Signal</th>
-              <th>Pin</th>
+              <th>{t`Signal`}</th>
+              <th>{t`Pin`}</th>
             </tr>
           </thead>
           <tbody>
             {wired.uses.map((use) => (
               <tr key={use.signal}>
-                <td>{use.label}</td>
+                <td>{tr(use.label)}</td>
                 <td class="mono">{use.pin}</td>
               </tr>
             ))}

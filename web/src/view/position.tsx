@@ -9,6 +9,7 @@ import { planZero, type ZeroFacts, type ZeroPlan } from "../link/zero";
 import { AXES } from "../tables";
 import { lastZero, nameSystem, setPosition, showsInches, systemNames, undoZero, workSystem } from "../zeroing";
 import { Button, Card, Dialog, Field } from "./parts";
+import { msg, t, tr } from "../words";
 
 /** The positions over the whole width, for a look from across the shop. */
 export const isLarge = signal(false);
@@ -19,10 +20,10 @@ const MM_PER_INCH = 25.4;
 export function PositionCard(): JSX.Element {
   const axes = [...AXES.slice(0, controller.axisCount.value || 3)];
   const asks = useSignal(false);
-  const zeroAll = (): Promise<void> => setPosition(Object.fromEntries(axes.map((axis) => [axis, 0])), "zero of all axes");
+  const zeroAll = (): Promise<void> => setPosition(Object.fromEntries(axes.map((axis) => [axis, 0])), t`zero of all axes`);
   const last = lastZero.value;
   return (
-    <Card title="Position" tools={<PositionTools />}>
+    <Card title={t`Position`} tools={<PositionTools />}>
       <div class={`dro ${isLarge.value ? "large" : ""}`}>
         {axes.map((axis, i) => (
           <Axis key={axis} axis={axis} index={i} />
@@ -30,22 +31,22 @@ export function PositionCard(): JSX.Element {
       </div>
       <div class="row">
         <Button icon="home" why={noHoming.value} onClick={() => void attempt(() => controller.send("$H"))} testId="home">
-          Home
+          {t`Home`}
         </Button>
         <Button why={noMotion.value} onClick={() => void attempt(zeroAll)}>
-          Zero all
+          {t`Zero all`}
         </Button>
         <Button
           why={noMotion.value}
-          title="Raise Z, then move X and Y to work zero"
+          title={t`Raise Z, then move X and Y to work zero`}
           onClick={() => void attempt(async () => (asks.value = await goToZero(null)))}
           testId="go-to-zero"
         >
-          Go to zero
+          {t`Go to zero`}
         </Button>
         {last && (
-          <Button why={noMotion.value} title={`Undo: ${last.text}`} onClick={() => void attempt(undoZero)} testId="undo-zero">
-            Undo zero
+          <Button why={noMotion.value} title={t`Undo: ${last.text}`} onClick={() => void attempt(undoZero)} testId="undo-zero">
+            {t`Undo zero`}
           </Button>
         )}
       </div>
@@ -78,7 +79,7 @@ export async function goBy(plan: ZeroPlan): Promise<boolean> {
   if (plan.kind === "refuse") throw new Error(plan.why);
   for (const [i, line] of plan.lines.entries()) {
     if (i > 0 && plan.z_mm !== null && Math.abs(zeroFacts().machine_mm[2]! - plan.z_mm) > SAME_HEIGHT_MM)
-      throw new Error("Z did not reach its height, so X and Y do not move.");
+      throw new Error(t`Z did not reach its height, so X and Y do not move.`);
     await controller.send(line);
     await controller.rest();
   }
@@ -96,19 +97,18 @@ function LiftDialog({ onClose }: { onClose: () => void }): JSX.Element {
     void attempt(() => goToZero(lift_mm));
   };
   return (
-    <Dialog title="How far can Z lift?" onClose={onClose}>
+    <Dialog title={t`How far can Z lift?`} onClose={onClose}>
       <p class="soft">
-        The machine was not homed while this page was connected, so the free travel above Z is unknown. Z lifts by this distance from
-        where it is now, then X and Y move straight to work zero at that height.
+        {t`The machine was not homed while this page was connected, so the free travel above Z is unknown. Z lifts by this distance from where it is now, then X and Y move straight to work zero at that height.`}
       </p>
-      <Field label="Lift Z by, mm" hint="0: Z does not move.">
+      <Field label={t`Lift Z by, mm`} hint={t`0: Z does not move.`}>
         <input class="input short mono" type="number" min={0} step={1} value={lift.value} onInput={(event) => (lift.value = event.currentTarget.value)} data-test="lift" />
       </Field>
       <div class="row">
         <Button kind="primary" why={noMotion.value} disabled={!(lift_mm >= 0)} onClick={go} testId="lift-go">
-          Lift and move
+          {t`Lift and move`}
         </Button>
-        <Button onClick={onClose}>Cancel</Button>
+        <Button onClick={onClose}>{t`Cancel`}</Button>
       </div>
     </Dialog>
   );
@@ -129,21 +129,21 @@ function Axis({ axis, index }: { axis: string; index: number }): JSX.Element {
           class="dro-work mono"
           data-test={`work-${axis}`}
           disabled={noMotion.value !== ""}
-          title={noMotion.value || `Type the work position of ${axis}`}
+          title={noMotion.value || t`Type the work position of ${axis}`}
           onClick={() => (typing.value = axis)}
         >
           {work === undefined ? "–" : fixed(work)}
         </button>
       )}
-      <span class="dro-machine mono" title="Machine position">
+      <span class="dro-machine mono" title={t`Machine position`}>
         {machine === undefined ? "" : fixed(machine)}
       </span>
       <div class="dro-set">
-        <Button size="small" label={`Halve ${axis}`} title={`Half of ${axis} is here: zero is in the middle of the way`} why={noMotion.value} onClick={() => void attempt(() => setPosition({ [axis]: half }, `half of ${axis}`))}>
+        <Button size="small" label={t`Halve ${axis}`} title={t`Half of ${axis} is here: zero is in the middle of the way`} why={noMotion.value} onClick={() => void attempt(() => setPosition({ [axis]: half }, t`half of ${axis}`))}>
           ½
         </Button>
-        <Button size="small" label={`Zero ${axis}`} why={noMotion.value} onClick={() => void attempt(() => setPosition({ [axis]: 0 }, `zero of ${axis}`))}>
-          Zero
+        <Button size="small" label={t`Zero ${axis}`} why={noMotion.value} onClick={() => void attempt(() => setPosition({ [axis]: 0 }, t`zero of ${axis}`))}>
+          {t`Zero`}
         </Button>
       </div>
     </div>
@@ -161,13 +161,13 @@ function TypedPosition({ axis, value }: { axis: string; value: string }): JSX.El
     if (event.key === "Escape") leave();
     if (event.key !== "Enter" || mm === null) return;
     leave();
-    void attempt(() => setPosition({ [axis]: mm }, `position of ${axis}`));
+    void attempt(() => setPosition({ [axis]: mm }, t`position of ${axis}`));
   };
   return (
     <input
       ref={input}
       class="input dro-work mono"
-      aria-label={`Work position of ${axis}. Enter sets it, Escape leaves it`}
+      aria-label={t`Work position of ${axis}. Enter sets it, Escape leaves it`}
       aria-invalid={mm === null}
       inputmode="decimal"
       autocomplete="off"
@@ -190,7 +190,7 @@ function PositionTools(): JSX.Element {
   return (
     <>
       <label class="row small soft">
-        Work system
+        {t`Work system`}
         <select
           class="input system"
           value={current}
@@ -211,11 +211,11 @@ function PositionTools(): JSX.Element {
           ))}
         </select>
       </label>
-      <Button size="small" title={`Give ${current} a name, for this browser`} onClick={() => (names.value = true)} testId="name-system">
-        Name
+      <Button size="small" title={t`Give ${current} a name, for this browser`} onClick={() => (names.value = true)} testId="name-system">
+        {t`Name`}
       </Button>
-      <Button size="small" pressed={isLarge.value} title="Positions over the whole width" onClick={() => (isLarge.value = !isLarge.value)} testId="large">
-        Large
+      <Button size="small" pressed={isLarge.value} title={t`Positions over the whole width`} onClick={() => (isLarge.value = !isLarge.value)} testId="large">
+        {t`Large`}
       </Button>
       {names.value && <NameDialog system={current} onClose={() => (names.value = false)} />}
     </>
@@ -227,7 +227,7 @@ const NAME_LENGTH = 24;
 function NameDialog({ system, onClose }: { system: string; onClose: () => void }): JSX.Element {
   const name = useSignal(systemNames.value[system] ?? "");
   return (
-    <Dialog title={`Name of ${system}`} onClose={onClose}>
+    <Dialog title={t`Name of ${system}`} onClose={onClose}>
       <form
         class="stack"
         onSubmit={(event) => {
@@ -236,14 +236,14 @@ function NameDialog({ system, onClose }: { system: string; onClose: () => void }
           onClose();
         }}
       >
-        <Field label="Name" hint="Stored in this browser.">
+        <Field label={t`Name`} hint={t`Stored in this browser.`}>
           <input class="input" maxLength={NAME_LENGTH} value={name.value} onInput={(event) => (name.value = event.currentTarget.value)} data-test="system-name" />
         </Field>
         <div class="row">
           <button class="button primary" type="submit">
-            Save
+            {t`Save`}
           </button>
-          <Button onClick={onClose}>Cancel</Button>
+          <Button onClick={onClose}>{t`Cancel`}</Button>
         </div>
       </form>
     </Dialog>
@@ -251,19 +251,19 @@ function NameDialog({ system, onClose }: { system: string; onClose: () => void }
 }
 
 const LAMPS: readonly [string, string][] = [
-  ["P", "Probe"],
-  ["D", "Door"],
-  ["H", "Hold input"],
-  ["M", "Driver fault"],
-  ["R", "Reset input"],
-  ["S", "Start input"],
-  ["T", "M1 stops"],
+  ["P", msg`Probe`],
+  ["D", msg`Door`],
+  ["H", msg`Hold input`],
+  ["M", msg`Driver fault`],
+  ["R", msg`Reset input`],
+  ["S", msg`Start input`],
+  ["T", msg`M1 stops`],
 ];
 
 /** "12000 rpm", "12000 rpm, measured 11950, 3.1 A". */
 function spindleWords(status: Status | null): string {
-  const words = [`${(status?.speed ?? 0).toFixed(0)} rpm`];
-  if (status && status.measured !== null) words.push(`measured ${status.measured.toFixed(0)}`);
+  const words = [t`${(status?.speed ?? 0).toFixed(0)} rpm`];
+  if (status && status.measured !== null) words.push(t`measured ${status.measured.toFixed(0)}`);
   if (status && status.ampere !== null) words.push(`${status.ampere.toFixed(1)} A`);
   return words.join(", ");
 }
@@ -275,24 +275,24 @@ function Lamps(): JSX.Element {
   const spindle = spindleWords(controller.status.value);
   return (
     <div class="stack">
-      <div class="lamps" aria-label="Inputs">
+      <div class="lamps" aria-label={t`Inputs`}>
         {axes.map((axis) => (
           <span key={axis} class={`lamp ${pins.includes(axis) ? "on" : ""}`}>
-            {axis} limit
+            {t`${axis} limit`}
           </span>
         ))}
         {LAMPS.map(([letter, name]) => (
           <span key={letter} class={`lamp ${pins.includes(letter) ? "on" : ""}`}>
-            {name}
+            {tr(name)}
           </span>
         ))}
       </div>
       <dl class="facts">
-        <dt>Feed</dt>
-        <dd class="mono">{feedNow.toFixed(0)} mm/min</dd>
-        <dt>Spindle</dt>
+        <dt>{t`Feed`}</dt>
+        <dd class="mono">{t`${feedNow.toFixed(0)} mm/min`}</dd>
+        <dt>{t`Spindle`}</dt>
         <dd class="mono">{spindle}</dd>
-        <dt>Modes</dt>
+        <dt>{t`Modes`}</dt>
         <dd class="mono small">{controller.modes.value || "–"}</dd>
       </dl>
     </div>

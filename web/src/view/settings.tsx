@@ -3,11 +3,12 @@ import { computed, signal } from "@preact/signals";
 import type { JSX } from "preact";
 import { attempt, controller, noHoming } from "../app";
 import { defaultsText, exportText, readSettings, same } from "../link/settingsfile";
-import { findSetting, settingProblem, settingsOf, type Setting } from "../tables";
+import { findSetting, settingName, settingProblem, settingsOf, type Setting } from "../tables";
 import { ApplyDialog, changesOf, MachineChoice, missingText } from "./apply";
 import { Button, Card, Check, Dialog, FileButton, Notice, saveFile } from "./parts";
 import { TrustCard } from "./trust";
 import { VibrationCard } from "./vibration";
+import { t, tr } from "../words";
 
 /** $N -> what was typed and is not sent yet. */
 const edits = signal<ReadonlyMap<number, string>>(new Map());
@@ -48,16 +49,16 @@ function edit(values: ReadonlyMap<number, string>): void {
 function SettingsCard(): JSX.Element {
   if (current.value.size === 0)
     return (
-      <Card title="Settings">
-        <p class="soft">Connect to a controller to see its settings.</p>
+      <Card title={t`Settings`}>
+        <p class="soft">{t`Connect to a controller to see its settings.`}</p>
       </Card>
     );
   return (
-    <Card title="Settings" tools={<Tools />}>
+    <Card title={t`Settings`} tools={<Tools />}>
       {brought.value && (
         <Notice kind={brought.value.text ? "warn" : "info"} {...brought.value}>
           <Button size="small" onClick={() => (brought.value = null)}>
-            Close
+            {t`Close`}
           </Button>
         </Notice>
       )}
@@ -66,12 +67,12 @@ function SettingsCard(): JSX.Element {
         <input
           class="input grow"
           type="search"
-          placeholder="Find by number, name or word"
-          aria-label="Find a setting"
+          placeholder={t`Find by number, name or word`}
+          aria-label={t`Find a setting`}
           value={search.value}
           onInput={(event) => (search.value = event.currentTarget.value)}
         />
-        <Check label="Only settings that differ from the default" checked={onlyChanged.value} onChange={(on) => (onlyChanged.value = on)} />
+        <Check label={t`Only settings that differ from the default`} checked={onlyChanged.value} onChange={(on) => (onlyChanged.value = on)} />
       </div>
       <SettingTable />
       {asks.value === "apply" && <ApplyEdits />}
@@ -84,14 +85,14 @@ function Tools(): JSX.Element {
   return (
     <>
       <Button size="small" onClick={() => saveFile("settings.toml", exportText(current.value, controller.linkName.value))} testId="settings-export">
-        Export
+        {t`Export`}
       </Button>
       <FileButton size="small" accept=".toml,.txt,.nc,.gcode,.settings" onFile={(file) => void attempt(() => importFile(file))} testId="settings-file">
-        Import
+        {t`Import`}
       </FileButton>
       <MachineChoice onChoose={bring} />
       <Button size="small" why={noHoming.value} onClick={() => (asks.value = "restore")}>
-        Restore defaults
+        {t`Restore defaults`}
       </Button>
     </>
   );
@@ -101,7 +102,7 @@ function Tools(): JSX.Element {
 function bring(values: ReadonlyMap<number, string>, name: string): void {
   edit(new Map([...values].filter(([number]) => current.value.has(number))));
   const count = changesOf(values).length;
-  const changed = count === 0 ? "nothing to change" : count === 1 ? "one setting differs" : `${count} settings differ`;
+  const changed = count === 0 ? t`nothing to change` : count === 1 ? t`one setting differs` : t`${count} settings differ`;
   brought.value = { title: `${name}: ${changed}`, text: missingText(values) };
 }
 
@@ -116,21 +117,21 @@ function ChangeBar(): JSX.Element | null {
   return (
     <Notice
       kind={wrong ? "bad" : "warn"}
-      title={count === 1 ? "One setting is changed and not applied yet" : `${count} settings are changed and not applied yet`}
-      text={wrong ? `${wrong} out of range` : ""}
+      title={count === 1 ? t`One setting is changed and not applied yet` : t`${count} settings are changed and not applied yet`}
+      text={wrong ? t`${wrong} out of range` : ""}
     >
       <Button size="small" kind="primary" disabled={wrong > 0} why={noHoming.value} onClick={() => (asks.value = "apply")} testId="settings-apply">
-        Review and apply
+        {t`Review and apply`}
       </Button>
       <Button size="small" onClick={() => ((edits.value = new Map()), (brought.value = null))}>
-        Discard
+        {t`Discard`}
       </Button>
     </Notice>
   );
 }
 
 function matches(setting: Setting): boolean {
-  const words = `$${setting.number} ${setting.row.name} ${setting.axis} ${setting.row.help}`.toLowerCase();
+  const words = `$${setting.number} ${setting.row.name} ${settingName(setting.row)} ${setting.axis} ${tr(setting.row.help)}`.toLowerCase();
   if (!search.value.toLowerCase().split(/\s+/).every((word) => words.includes(word))) return false;
   const now = current.value.get(setting.number);
   return !onlyChanged.value || now === undefined || !same(setting.row, now, defaultsText(setting.row)) || edits.value.has(setting.number);
@@ -145,11 +146,11 @@ function SettingTable(): JSX.Element {
         <thead>
           <tr>
             <th class="number">$</th>
-            <th>Setting</th>
-            <th>Value</th>
-            <th class="hide-narrow">Unit</th>
-            <th class="hide-narrow">Range</th>
-            <th class="number hide-narrow">Default</th>
+            <th>{t`Setting`}</th>
+            <th>{t`Value`}</th>
+            <th class="hide-narrow">{t`Unit`}</th>
+            <th class="hide-narrow">{t`Range`}</th>
+            <th class="number hide-narrow">{t`Default`}</th>
           </tr>
         </thead>
         <tbody>
@@ -158,7 +159,7 @@ function SettingTable(): JSX.Element {
           ))}
         </tbody>
       </table>
-      {shown.length === 0 && <p class="soft">No setting matches.</p>}
+      {shown.length === 0 && <p class="soft">{t`No setting matches.`}</p>}
     </div>
   );
 }
@@ -171,14 +172,14 @@ function SettingLine({ setting }: { setting: Setting }): JSX.Element {
       <td class="number mono faint">{number}</td>
       <td>
         <div>
-          {row.name.replace(/_(mm|us|ms|rpm|pct|s2|s3|s|min)(?=_|$)/g, "").replaceAll("_", " ")} {axis && <strong>{axis}</strong>}
+          {settingName(row)} {axis && <strong>{axis}</strong>}
         </div>
-        <div class="small soft">{row.help}</div>
+        <div class="small soft">{tr(row.help)}</div>
       </td>
       <td>
         <Value setting={setting} />
       </td>
-      <td class="soft hide-narrow">{row.unit}</td>
+      <td class="soft hide-narrow">{tr(row.unit)}</td>
       <td class="soft small mono hide-narrow">{row.type === "bool" ? "" : `${row.min} … ${row.max}`}</td>
       <td class="number soft small mono hide-narrow">{defaultsText(row)}</td>
     </tr>
@@ -192,7 +193,7 @@ function Value({ setting }: { setting: Setting }): JSX.Element {
   if (row.type === "bool")
     return (
       <Check
-        label={Number(text) ? "on" : "off"}
+        label={Number(text) ? t`on` : t`off`}
         checked={Number(text) !== 0}
         disabled={!controller.commands.value}
         onChange={(on) => onEdit(on ? "1" : "0")}
@@ -219,7 +220,7 @@ function Value({ setting }: { setting: Setting }): JSX.Element {
 /** A refused one stays an edit. */
 function ApplyEdits(): JSX.Element {
   const sent = (refused: readonly number[]): void => void (edits.value = new Map([...edits.value].filter(([number]) => refused.includes(number))));
-  return <ApplyDialog title="Apply these settings?" values={edits.value} onWritten={() => {}} onSent={sent} onClose={() => (asks.value = null)} />;
+  return <ApplyDialog title={t`Apply these settings?`} values={edits.value} onWritten={() => {}} onSent={sent} onClose={() => (asks.value = null)} />;
 }
 
 function RestoreDialog(): JSX.Element {
@@ -233,13 +234,13 @@ function RestoreDialog(): JSX.Element {
     });
   };
   return (
-    <Dialog title="Restore all defaults?" onClose={() => (asks.value = null)}>
-      <p>Every setting returns to its default. Export them first if you may need them again.</p>
+    <Dialog title={t`Restore all defaults?`} onClose={() => (asks.value = null)}>
+      <p>{t`Every setting returns to its default. Export them first if you may need them again.`}</p>
       <div class="row">
         <Button kind="danger" why={noHoming.value} onClick={() => void restore()}>
-          Restore
+          {t`Restore`}
         </Button>
-        <Button onClick={() => (asks.value = null)}>Cancel</Button>
+        <Button onClick={() => (asks.value = null)}>{t`Cancel`}</Button>
       </div>
     </Dialog>
   );

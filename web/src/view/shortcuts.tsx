@@ -9,6 +9,7 @@ import { keepMacros, macros, runMacro, stopMacro } from "../macros";
 import { FireDialog, WarmDialog } from "./fire";
 import { Button, Card, Dialog, Field, Notice } from "./parts";
 import { goBy, zeroFacts } from "./position";
+import { t } from "../words";
 
 export function Shortcuts(): JSX.Element {
   const open = useSignal<"" | "fire" | "warm" | "edit">("");
@@ -18,10 +19,10 @@ export function Shortcuts(): JSX.Element {
   const laser = isLaser(standing.value.settings);
   return (
     <Card
-      title="Shortcuts"
+      title={t`Shortcuts`}
       tools={
         <Button size="small" disabled={macros.value.length >= MOST_MACROS} onClick={() => edit(macros.value.length)} testId="macro-new">
-          New macro
+          {t`New macro`}
         </Button>
       }
     >
@@ -29,7 +30,7 @@ export function Shortcuts(): JSX.Element {
         <StoredPosition name="G28" />
         <StoredPosition name="G30" />
         <Button why={noMotion.value} onClick={() => (open.value = laser ? "fire" : "warm")} testId={laser ? "fire" : "warm"}>
-          {laser ? "Test laser" : "Warm up spindle"}
+          {laser ? t`Test laser` : t`Warm up spindle`}
         </Button>
       </div>
       {macros.value.length > 0 && (
@@ -44,7 +45,7 @@ export function Shortcuts(): JSX.Element {
               >
                 {macro.name}
               </Button>
-              <Button label={`Change ${macro.name}`} title={`Change ${macro.name}`} onClick={() => edit(i)} testId={`macro-edit-${i}`}>
+              <Button label={t`Change ${macro.name}`} title={t`Change ${macro.name}`} onClick={() => edit(i)} testId={`macro-edit-${i}`}>
                 …
               </Button>
             </span>
@@ -54,7 +55,7 @@ export function Shortcuts(): JSX.Element {
       {doing.value && (
         <Notice kind="info" title={doing.value}>
           <Button kind="danger" icon="stop" onClick={stopMacro} testId="macro-stop">
-            Stop
+            {t`Stop`}
           </Button>
         </Notice>
       )}
@@ -68,32 +69,32 @@ export function Shortcuts(): JSX.Element {
 function StoredPosition({ name }: { name: StoredName }): JSX.Element {
   const asks = useSignal(false);
   const place = standing.value.offsets.get(name);
-  const text = place ? place.slice(0, controller.axisCount.value).map((value) => value.toFixed(3)).join(", ") : "not reported";
+  const text = place ? place.slice(0, controller.axisCount.value).map((value) => value.toFixed(3)).join(", ") : t`not reported`;
   const set = async (): Promise<void> => {
     await controller.send(`${name}.1`);
     await controller.refresh("$#");
   };
   return (
-    <span class="pair" role="group" aria-label={`Stored position ${name}`}>
+    <span class="pair" role="group" aria-label={t`Stored position ${name}`}>
       <Button
         why={noMotion.value}
-        title={`Raise Z, move to X and Y of ${name}, then to its Z. Machine position: ${text}`}
+        title={t`Raise Z, move to X and Y of ${name}, then to its Z. Machine position: ${text}`}
         onClick={() => void attempt(() => goBy(planStored(name, standing.peek().offsets.get(name), zeroFacts())))}
         testId={`go-${name}`}
       >
-        Go to {name}
+        {t`Go to ${name}`}
       </Button>
-      <Button why={noMotion.value || unknownPlace(zeroFacts())} label={`Set ${name}`} title={`Store this position as ${name}`} onClick={() => (asks.value = true)} testId={`set-${name}`}>
-        Set
+      <Button why={noMotion.value || unknownPlace(zeroFacts())} label={t`Set ${name}`} title={t`Store this position as ${name}`} onClick={() => (asks.value = true)} testId={`set-${name}`}>
+        {t`Set`}
       </Button>
       {asks.value && (
-        <Dialog title={`Store this position as ${name}?`} onClose={() => (asks.value = false)}>
-          <p>The position that is stored now, in machine coordinates: {text}.</p>
+        <Dialog title={t`Store this position as ${name}?`} onClose={() => (asks.value = false)}>
+          <p>{t`The position that is stored now, in machine coordinates: ${text}.`}</p>
           <div class="row">
             <Button kind="primary" why={noMotion.value} onClick={() => ((asks.value = false), void attempt(set))} testId={`store-${name}`}>
-              Store
+              {t`Store`}
             </Button>
-            <Button onClick={() => (asks.value = false)}>Cancel</Button>
+            <Button onClick={() => (asks.value = false)}>{t`Cancel`}</Button>
           </div>
         </Dialog>
       )}
@@ -105,7 +106,7 @@ const NAME_LENGTH = 24;
 
 /** What is wrong with a macro; "": nothing. */
 function problemOf(macro: Macro): string {
-  if (macro.name.trim() === "") return "A macro needs a name.";
+  if (macro.name.trim() === "") return t`A macro needs a name.`;
   try {
     macroLines(macro);
     return "";
@@ -122,24 +123,24 @@ function MacroDialog({ index, onClose }: { index: number; onClose: () => void })
     onClose();
   };
   return (
-    <Dialog title={index < macros.value.length ? "Change this macro" : "New macro"} onClose={onClose}>
-      <Field label="Name">
+    <Dialog title={index < macros.value.length ? t`Change this macro` : t`New macro`} onClose={onClose}>
+      <Field label={t`Name`}>
         <input class="input" maxLength={NAME_LENGTH} value={macro.value.name} onInput={(event) => (macro.value = { ...macro.value, name: event.currentTarget.value })} data-test="macro-name" />
       </Field>
-      <Field label="Lines" hint="G-code and $ commands, one after the other. Stored in this browser. The modes that they change stay changed.">
+      <Field label={t`Lines`} hint={t`G-code and $ commands, one after the other. Stored in this browser. The modes that they change stay changed.`}>
         <textarea class="input mono" rows={6} spellcheck={false} value={macro.value.lines} onInput={(event) => (macro.value = { ...macro.value, lines: event.currentTarget.value })} data-test="macro-lines" />
       </Field>
       {problem && macro.value.lines && <p class="small" role="status">{problem}</p>}
       <div class="row">
         <Button kind="primary" why={problem} onClick={() => replace({ ...macro.value, name: macro.value.name.trim() })} testId="macro-save">
-          Save
+          {t`Save`}
         </Button>
         {index < macros.value.length && (
           <Button kind="danger" onClick={() => replace()} testId="macro-delete">
-            Delete
+            {t`Delete`}
           </Button>
         )}
-        <Button onClick={onClose}>Cancel</Button>
+        <Button onClick={onClose}>{t`Cancel`}</Button>
       </div>
     </Dialog>
   );

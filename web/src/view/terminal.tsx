@@ -5,6 +5,7 @@ import { useEffect, useRef } from "preact/hooks";
 import { attempt, controller, noLines } from "../app";
 import { realtimeOf, typedLine } from "../link/line";
 import { Button, Card } from "./parts";
+import { t } from "../words";
 
 const REMEMBERED = 50;
 
@@ -52,8 +53,8 @@ export function TerminalTab(): JSX.Element {
     text.value = history.value[at.value] ?? "";
   };
   return (
-    <Card title="Terminal" tools={<Button size="small" onClick={() => (controller.log.value = [])}>Clear</Button>}>
-      <div class="terminal" ref={list} role="log" aria-label="Log" tabIndex={0} data-test="terminal">
+    <Card title={t`Terminal`} tools={<Button size="small" onClick={() => (controller.log.value = [])}>{t`Clear`}</Button>}>
+      <div class="terminal" ref={list} role="log" aria-label={t`Log`} tabIndex={0} data-test="terminal">
         {log.map((entry) => (
           <div key={entry.id} class={`${entry.from} ${entry.bad ? "bad" : ""}`}>
             {entry.text}
@@ -69,8 +70,8 @@ export function TerminalTab(): JSX.Element {
       >
         <input
           class="input mono grow"
-          aria-label="Line to send"
-          placeholder="G-code or $ command"
+          aria-label={t`Line to send`}
+          placeholder={t`G-code or $ command`}
           autocomplete="off"
           autocapitalize="characters"
           spellcheck={false}
@@ -82,7 +83,7 @@ export function TerminalTab(): JSX.Element {
           data-test="terminal-line"
         />
         <button class="button primary" type="submit" disabled={noLines.value !== ""} title={noLines.value || undefined}>
-          Send
+          {t`Send`}
         </button>
       </form>
       {controller.connected.value && noLines.value && <p class="small soft">{noLines.value}</p>}

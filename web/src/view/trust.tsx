@@ -4,6 +4,7 @@ import type { JSX } from "preact";
 import { attempt, controller } from "../app";
 import { trustedOf, type Trusted } from "../link/login";
 import { Button, Card, duration } from "./parts";
+import { t } from "../words";
 
 const trusted = signal<Trusted[] | null>(null);
 
@@ -23,20 +24,20 @@ export function TrustCard(): JSX.Element | null {
   const tools = (
     <>
       <Button size="small" onClick={() => void attempt(list)} testId="trust-list">
-        Show
+        {t`Show`}
       </Button>
       <Button size="small" onClick={() => void attempt(() => change("day"))} testId="trust-day">
-        Trust this computer for a day
+        {t`Trust this computer for a day`}
       </Button>
       <Button size="small" onClick={() => void attempt(() => change("always"))}>
-        Trust it always
+        {t`Trust it always`}
       </Button>
     </>
   );
   return (
-    <Card title="Trusted addresses" tools={tools}>
-      <p class="soft">Senders at these addresses may move the machine without the access key.</p>
-      {rows !== null && rows.length === 0 && <p>None</p>}
+    <Card title={t`Trusted addresses`} tools={tools}>
+      <p class="soft">{t`Senders at these addresses may move the machine without the access key.`}</p>
+      {rows !== null && rows.length === 0 && <p>{t`None`}</p>}
       {rows !== null && rows.length > 0 && <TrustTable rows={rows} />}
     </Card>
   );
@@ -49,10 +50,10 @@ function TrustTable({ rows }: { rows: readonly Trusted[] }): JSX.Element {
         {rows.map((row) => (
           <tr key={row.number}>
             <td>{row.address}</td>
-            <td>{row.seconds === null ? "always" : `for ${duration(row.seconds)}`}</td>
+            <td>{row.seconds === null ? t`always` : t`for ${duration(row.seconds)}`}</td>
             <td>
-              <Button size="small" label={`Revoke ${row.address}`} onClick={() => void attempt(() => change(`no ${row.number}`))}>
-                Revoke
+              <Button size="small" label={t`Revoke ${row.address}`} onClick={() => void attempt(() => change(`no ${row.number}`))}>
+                {t`Revoke`}
               </Button>
             </td>
           </tr>

@@ -6,6 +6,7 @@ import { attempt, noMotion, served } from "../app";
 import { findBoard } from "../boards";
 import { reachNew, readUpdate, sendUpdate, type Update } from "../flash/update";
 import { Button, Card, Field, Notice, Progress } from "./parts";
+import { t } from "../words";
 
 type Step = "choose" | "send" | "restart" | "done";
 
@@ -19,19 +20,18 @@ export function UpdateCard(): JSX.Element | null {
   const by = served.value;
   if (!by || findBoard(by.board)?.target !== "esp32") return null;
   return (
-    <Card title="Update the firmware">
+    <Card title={t`Update the firmware`}>
       <p class="small soft">
-        {by.name} is a {by.board} with version {by.version}. Choose the firmware of this board and its signature, which lie next to each other in a
-        release: …-firmware.bin and …-firmware.sig. Settings stay.
+        {t`${by.name} is a ${by.board} with version ${by.version}. Choose the firmware of this board and its signature, which lie next to each other in a release: …-firmware.bin and …-firmware.sig. Settings stay.`}
       </p>
       <ChooseFiles board={by.board} />
       {update.value && step.value === "choose" && <Send />}
-      {step.value === "send" && <Progress value={share.value} label="Firmware" />}
-      {step.value === "restart" && <Notice kind="info" title="The controller checks the firmware and restarts" text="This page logs in to it, so that it keeps the new one. Otherwise the old one returns after 5 minutes." />}
+      {step.value === "send" && <Progress value={share.value} label={t`Firmware`} />}
+      {step.value === "restart" && <Notice kind="info" title={t`The controller checks the firmware and restarts`} text={t`This page logs in to it, so that it keeps the new one. Otherwise the old one returns after 5 minutes.`} />}
       {step.value === "done" && (
-        <Notice kind="good" title="The new firmware runs and stays">
+        <Notice kind="good" title={t`The new firmware runs and stays`}>
           <Button size="small" onClick={() => location.reload()} testId="update-reload">
-            Load its page
+            {t`Load its page`}
           </Button>
         </Notice>
       )}
@@ -52,7 +52,7 @@ function ChooseFiles({ board }: { board: string }): JSX.Element {
   return (
     <div class="row">
       <Button disabled={busy} onClick={() => input.current?.click()}>
-        Choose files
+        {t`Choose files`}
       </Button>
       <input
         ref={input}
@@ -60,7 +60,7 @@ function ChooseFiles({ board }: { board: string }): JSX.Element {
         multiple
         class="hidden-text"
         tabIndex={-1}
-        aria-label="Files of the firmware"
+        aria-label={t`Files of the firmware`}
         accept=".bin,.sig,.json"
         data-test="update-files"
         onChange={(event) => {
@@ -97,13 +97,13 @@ function Send(): JSX.Element {
         if (update.value) void send(update.value);
       }}
     >
-      <Field label="Access key" hint="An update needs it also where you are logged in. It is proven, not sent.">
+      <Field label={t`Access key`} hint={t`An update needs it also where you are logged in. It is proven, not sent.`}>
         <input class="input" type="password" value={key.value} autocomplete="off" data-test="update-key" onInput={(event) => (key.value = event.currentTarget.value)} />
       </Field>
       {noMotion.value && <p class="small soft">{noMotion.value}</p>}
       <div class="row">
         <button class="button primary" type="submit" disabled={key.value === ""} data-test="update-send">
-          Install
+          {t`Install`}
         </button>
       </div>
     </form>

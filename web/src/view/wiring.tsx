@@ -6,6 +6,7 @@ import { networkPins } from "../storage/board";
 import { changedPins, readNetworkPins, writeNetworkPins } from "../storage/network";
 import type { Board } from "../tables";
 import { Button, Field, Notice } from "./parts";
+import { t } from "../words";
 
 const key = signal("");
 const busy = signal(false);
@@ -25,12 +26,12 @@ export function NetworkPins({ board, problem }: { board: Board; problem: string 
     <div class="stack">
       <div class="row">
         <Button icon="network" disabled={busy.value} onClick={() => work(() => readNetworkPins(board))} testId="pins-read">
-          Read over the network
+          {t`Read over the network`}
         </Button>
-        {networkPins.value && <span class="small soft">What {served.value.name} has stored.</span>}
+        {networkPins.value && <span class="small soft">{t`What ${served.value.name} has stored.`}</span>}
       </div>
       {count > 0 && <Write board={board} problem={problem} count={count} />}
-      {stays.value && <Notice kind="good" title="The controller has restarted with the new pins, and they stay" />}
+      {stays.value && <Notice kind="good" title={t`The controller has restarted with the new pins, and they stay`} />}
     </div>
   );
 }
@@ -50,12 +51,12 @@ function Write({ board, problem, count }: { board: Board; problem: string; count
         write();
       }}
     >
-      <Field label="Access key" hint="The controller restarts. If this page cannot log in after that, the old pins return after 5 minutes.">
+      <Field label={t`Access key`} hint={t`The controller restarts. If this page cannot log in after that, the old pins return after 5 minutes.`}>
         <input class="input" type="password" value={key.value} autocomplete="off" data-test="pins-key" onInput={(event) => (key.value = event.currentTarget.value)} />
       </Field>
       <div class="row">
         <button class="button primary" type="submit" disabled={busy.value || problem !== "" || key.value === ""} data-test="pins-write">
-          {busy.value ? "Restarting" : count === 1 ? "Store one pin and restart" : `Store ${count} pins and restart`}
+          {busy.value ? t`Restarting` : count === 1 ? t`Store one pin and restart` : t`Store ${count} pins and restart`}
         </button>
       </div>
     </form>

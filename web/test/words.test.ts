@@ -1,0 +1,118 @@
+import { readFileSync } from "node:fs";
+import { afterEach, expect, test } from "vitest";
+import { catalogueOf, readWords } from "../build/catalogue.ts";
+import { allTexts, htmlTexts, textsOf } from "../build/texts.ts";
+import { REFUSALS } from "../src/contact/refusals.ts";
+import { LANGUAGES, languageOf } from "../src/languages.ts";
+import { alarmWords, settingName, TABLES, type Board } from "../src/tables.ts";
+import { hashOf, msg, t, tr, useCatalogue } from "../src/words.ts";
+import boards from "../src/generated/boards.json";
+
+const OTHERS = Object.keys(LANGUAGES).filter((language) => language !== "en");
+
+afterEach(() => useCatalogue(() => ({})));
+
+/** Never translated: G-code that is shown, files, selectors of CSS, words of the controller that are looked for. */
+const NO_TEXT = [
+  /^\(prefers-color-scheme: dark\)$/,
+  /^input:not\(\[type=checkbox\]\), select, textarea, \[role=tab\]$/,
+  /^11px system-ui, sans-serif$/,
+  /^(linear-gradient|scale|translate)\(/,
+  /^(any|end|middle)$/, // values of attributes
+  /^\$J=G53G21G90\{0\}\(middle of \{1\}\)F\{2\}$/,
+  /^G21G43\.1Z\(contact less that of the reference\)$/,
+  /^G21G10L20P0\{0\}\(position against \{1\}\)$/,
+  /^start \{0\}$/, // a contact's name
+  /^(access key|not signed|another chip|another product)$/, // in a refusal of the controller
+  /^# Settings of \{0\}\.$|^\[other\] # of this firmware only$/, // in a file
+  /^USB serial port$|^WiFiCNC login\0+$|^2-hump EI$/,
+  /^The table of settings has no \{0\}\.$/, // a mistake of a programmer
+];
+
+/** What the page shows of the tables, by the file of its translations. */
+function tableTexts(): string[] {
+  const { settings, errors, alarms, storage } = TABLES;
+  const rows = [...storage.text, ...storage.number].map((row) => row.help);
+  const pins = [...storage.pin, ...(boards as unknown as Board[]).flatMap((board) => board.uses)].map((pin) => pin.label);
+  const summaries = (boards as unknown as Board[]).map((board) => board.summary);
+  const words = settings.flatMap((row) => [settingName(row), row.help, row.unit]);
+  return [...words, ...Object.values(errors), ...Object.values(alarms), ...rows, ...pins, ...summaries].filter((text) => text !== "");
+}
+
+/** The English texts of each file of translations. */
+function wanted(): Record<"page" | "tables" | "contact", Set<string>> {
+  const { tagged } = allTexts();
+  const ofContact = (file: string): boolean => file.startsWith("contact");
+  const page = new Set(tagged.filter(({ file }) => !ofContact(file)).map(({ text }) => text));
+  const contact = new Set(tagged.filter(({ file }) => ofContact(file)).map(({ text }) => text));
+  for (const text of htmlTexts(readFileSync("setup.html", "utf8"))) contact.add(text);
+  return { page, contact, tables: new Set(tableTexts().filter((text) => !page.has(text))) };
+}
+
+/** Placeholders in order, and blanks at the ends, which join it to its neighbours. */
+function shape(text: string): string {
+  const values = [...text.matchAll(/\{\d\}/g)].map(([value]) => value).sort();
+  return `${/^\s*/.exec(text)![0]}${values.join("")}${/\s*$/.exec(text)![0]}`;
+}
+
+test("each text that people read goes through the catalogue", () => {
+  const bare = allTexts().bare.filter(({ text }) => !NO_TEXT.some((exempt) => exempt.test(text)));
+  expect(bare.map(({ file, line, text }) => `${file}:${line}: use t\`${text}\``)).toEqual([]);
+});
+
+test("a text that is not in the catalogue is found wherever it is", () => {
+  const found = (code: string): string[] => textsOf("a.tsx", code).bare.map(({ text }) => text);
+  expect(found("const a = <b>Two words</b>;")).toEqual(["Two words"]);
+  expect(found("const a = <b title='Word' class='soft small'>{on ? 'yes' : x}</b>;")).toEqual(["Word", "yes"]);
+  expect(found("const a = <b label={`Jog ${x}`} />;")).toEqual(["Jog {0}"]);
+  expect(found("throw new Error('The port is closed');")).toEqual(["The port is closed"]);
+  expect(found("const a = { title: 'Control', icon: 'control' };")).toEqual(["Control"]);
+  expect(found("const a = <b onClick={() => say('It is done.')} data-test='to be done' />;")).toEqual(["It is done."]);
+  expect(found("const a = <b>{t`Two words`}{n} mm</b>; use('idle', `G1X${x}Y2`);")).toEqual(["mm"]);
+  expect(textsOf("a.ts", "t`Line ${n} of ${all}`").tagged.map(({ text }) => text)).toEqual(["Line {0} of {1}"]);
+});
+
+test.each(OTHERS)("%s has every text, with the same values in it, and none left over", (language) => {
+  for (const [file, texts] of Object.entries(wanted())) {
+    const words = readWords(file, language);
+    const missing = [...texts].filter((text) => !words[text]);
+    expect(missing, `web/words/${file}.${language}.json lacks these`).toEqual([]);
+    const over = Object.keys(words).filter((text) => !texts.has(text));
+    expect(over, `web/words/${file}.${language}.json has texts that the page no longer shows`).toEqual([]);
+    const wrong = Object.entries(words).filter(([text, other]) => shape(text) !== shape(other));
+    expect(wrong, `web/words/${file}.${language}.json: other values or blanks at an end`).toEqual([]);
+  }
+});
+
+test.each(OTHERS)("the catalogue of %s answers each text with its translation", (language) => {
+  for (const [part, files] of Object.entries({ page: ["page", "tables"], contact: ["contact"] })) {
+    const words = catalogueOf(`${part}.${language}`);
+    useCatalogue(() => words);
+    for (const [text, other] of files.flatMap((file) => Object.entries(readWords(file, language)))) expect(tr(text)).toBe(other);
+  }
+});
+
+test("what a controller refuses in the first contact is in the catalogue", () => {
+  const source = readFileSync("../targets/esp32/net/portal.c", "utf8");
+  const answers = new Set([...source.matchAll(/"([A-Z][^"\\]{15,}\.)"/g)].map(([, text]) => text!));
+  expect(answers.size).toBeGreaterThan(10);
+  expect([...answers].sort()).toEqual([...REFUSALS].sort());
+});
+
+test("values are put where the language has them, and a text without a translation stays", () => {
+  expect(t`Line ${3} of ${"{0}"}`).toBe("Line 3 of {0}");
+  expect(tr(msg`plain`)).toBe("plain");
+  const words = { [hashOf("{0} of {1} lines")]: "{1}: {0}" };
+  useCatalogue(() => words);
+  expect(t`${1} of ${2} lines`).toBe("2: 1");
+  expect(alarmWords(-1)).toBe("unknown alarm");
+});
+
+test.each([
+  [["de-AT", "en"], "de"],
+  [["es-419"], "es"],
+  [["fr", "ES", "en"], "es"],
+  [["fr-CA", "ja"], "en"],
+  [["en-GB", "de"], "en"],
+  [[], "en"],
+])("the browser's languages %j: %s", (tags, language) => expect(languageOf(tags)).toBe(language));
