@@ -28,7 +28,10 @@ void drivers_init(struct drivers *drivers, const struct driver_wire *wire, uint8
 
 void drivers_want(struct drivers *drivers, unsigned n, const struct tmc_want *want) {
     struct driver *driver = &drivers->driver[n];
-    if (memcmp(&driver->want, want, sizeof *want) == 0)
+    const bool differs = memcmp(&driver->want, want, sizeof *want) != 0;
+    /* An answer that is under way is that of what was wanted when it was asked for. */
+    driver->waits = differs && drivers->open && drivers->now == n;
+    if (!differs || driver->waits)
         return;
     driver->want = *want;
     driver->written = false;
@@ -53,7 +56,7 @@ static bool is_busy(const struct driver *driver) {
 
 bool drivers_are_busy(const struct drivers *drivers) {
     for (unsigned n = 0; n < drivers->count; n++)
-        if (is_busy(&drivers->driver[n]))
+        if (is_busy(&drivers->driver[n]) || drivers->driver[n].waits)
             return true;
     return false;
 }

@@ -73,6 +73,7 @@ struct driver {
     uint8_t tries;     /* of writing everything */
     uint8_t count;     /* IFCNT before the writes */
     uint8_t resets;    /* since power-on, 255 at most */
+    bool waits;        /* something else is wanted, when the transfer that is under way is over */
     bool found;        /* it has answered since power-on */
     bool written;      /* it has what is wanted */
     bool had;          /* it had something that was wanted, and was not reset since */
@@ -105,7 +106,8 @@ struct drivers {
 void drivers_init(struct drivers *drivers, const struct driver_wire *wire, uint8_t count,
                   const struct hal_driver_bus *bus);
 
-/** What driver n is to be from now on; nothing when it is the same. */
+/** What driver n is to be from now on; nothing when it is the same. To be called again and again: while a
+ * transfer with it is under way, it is not taken yet. */
 void drivers_want(struct drivers *drivers, unsigned n, const struct tmc_want *want);
 
 /** Where its axes are, steps of the motors. */

@@ -118,10 +118,17 @@ uint64_t host_drivers_next_ticks(const struct hal *hal) {
     return hal->drivers.ready_ticks > hal->step.now_ticks ? hal->drivers.ready_ticks : UINT64_MAX;
 }
 
-void host_drivers_step(struct hal *hal, uint8_t step_mask, uint64_t t_ticks) {
+void host_drivers_step(struct hal *hal, uint8_t step_mask, uint8_t dir_mask, uint64_t t_ticks) {
     for (unsigned n = 0; n < hal->drivers.count; n++)
         if ((step_mask >> hal->drivers.wire[n].axis & 1u) != 0)
-            virtual_tmc_step(&hal->drivers.chip[n], t_ticks);
+            virtual_tmc_step(&hal->drivers.chip[n], t_ticks,
+                             (dir_mask >> hal->drivers.wire[n].axis & 1u) != 0);
+}
+
+/* A motor that leaves its end again is not stopped by it. */
+static bool pushes(const struct virtual_machine *machine, const struct virtual_tmc *chip, unsigned axis) {
+    const int32_t at = machine->position[axis];
+    return chip->backwards ? at <= machine->low[axis] + 1 : at >= machine->high[axis] - 1;
 }
 
 axis_mask_t host_drivers_blind(const struct hal *hal) {
@@ -129,7 +136,8 @@ axis_mask_t host_drivers_blind(const struct hal *hal) {
     for (unsigned n = 0; n < hal->drivers.count; n++) {
         const struct driver_wire *wire = &hal->drivers.wire[n];
         if (wire->diag && hal->settings->driver_stall[wire->axis] != 0 &&
-            !virtual_tmc_sees_stall(&hal->drivers.chip[n], hal->timer_hz))
+            !(pushes(&hal->virtual_machine, &hal->drivers.chip[n], wire->axis) &&
+              virtual_tmc_sees_stall(&hal->drivers.chip[n], hal->timer_hz)))
             blind |= 1u << wire->axis;
     }
     return (axis_mask_t)blind;

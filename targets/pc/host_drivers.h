@@ -49,7 +49,7 @@ uint64_t host_driver_datagrams(const struct host *host);
 uint64_t host_drivers_next_ticks(const struct hal *hal);
 
 /** Motors have made steps. */
-void host_drivers_step(struct hal *hal, uint8_t step_mask, uint64_t t_ticks);
+void host_drivers_step(struct hal *hal, uint8_t step_mask, uint8_t dir_mask, uint64_t t_ticks);
 
 /** Axes whose end is seen by StallGuard alone, and that do not see it now. */
 axis_mask_t host_drivers_blind(const struct hal *hal);

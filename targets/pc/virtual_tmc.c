@@ -35,11 +35,12 @@ void virtual_tmc_set_faults(struct virtual_tmc *tmc, unsigned faults) {
     tmc->faults = faults;
 }
 
-void virtual_tmc_step(struct virtual_tmc *tmc, uint64_t t_ticks) {
+void virtual_tmc_step(struct virtual_tmc *tmc, uint64_t t_ticks, bool backwards) {
     if ((tmc->faults & VIRTUAL_TMC_CROSSED) != 0)
         return;
     tmc->gap_ticks = tmc->step_ticks != 0 ? t_ticks - tmc->step_ticks : 0;
     tmc->step_ticks = t_ticks;
+    tmc->backwards = backwards;
 }
 
 static unsigned microsteps(const struct virtual_tmc *tmc) {

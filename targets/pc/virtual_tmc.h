@@ -34,6 +34,7 @@ struct virtual_tmc {
     uint8_t accepted;    /* IFCNT */
     uint32_t reply;      /* SPI: what the next transfer returns */
     uint64_t step_ticks; /* of the last step; 0: none yet */
+    bool backwards;      /* ... was one */
     uint64_t gap_ticks;  /* from the one before to it */
     uint64_t load;       /* StallGuard's result */
     uint64_t datagrams, writes;
@@ -45,7 +46,7 @@ void virtual_tmc_reset(struct virtual_tmc *tmc);
 /** What is wrong from now on; a supply that comes back resets it. */
 void virtual_tmc_set_faults(struct virtual_tmc *tmc, unsigned faults);
 
-void virtual_tmc_step(struct virtual_tmc *tmc, uint64_t t_ticks);
+void virtual_tmc_step(struct virtual_tmc *tmc, uint64_t t_ticks, bool backwards);
 
 /** A datagram on its UART. @return bytes of the answer, 0: none */
 size_t virtual_tmc_uart(struct virtual_tmc *tmc, const uint8_t *bytes, size_t count, uint64_t now_ticks,

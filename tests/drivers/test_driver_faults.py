@@ -39,7 +39,13 @@ def kind(request: pytest.FixtureRequest) -> int:
     return int(request.param)
 
 
-CHIPS = ((TMC2209, Tasks.FREE), (TMC5160, Tasks.FREE), (TMC2130, Tasks.FREE), (TMC2209, Tasks.ESP32), (TMC5160, Tasks.PIC32MZ))
+CHIPS = (
+    (TMC2209, Tasks.FREE),
+    (TMC5160, Tasks.FREE),
+    (TMC2130, Tasks.FREE),
+    (TMC2209, Tasks.ESP32),
+    (TMC5160, Tasks.PIC32MZ),
+)
 
 
 @pytest.fixture(params=CHIPS)
@@ -175,9 +181,7 @@ def test_the_setting_chooses_what_a_fault_does(kind: int, action: int, state: st
         (UNWIRED, "no answer"),
     ],
 )
-def test_wrong_wiring_is_found_at_the_start_and_the_machine_does_not_move(
-    kind: int, fault: int, text: str
-) -> None:
+def test_wrong_wiring_is_found_at_the_start_and_the_machine_does_not_move(kind: int, fault: int, text: str) -> None:
     grbl = DriverGrbl(kind)
     grbl.faults(0, fault)
     said = grbl.after(0.5)
@@ -220,9 +224,7 @@ def test_swapped_addresses_are_found_when_one_axis_moves(grbl: DriverGrbl) -> No
     """Both answer and take every write; but the driver of X does not see the steps of X."""
     grbl.faults(0, CROSSED)
     said = grbl.after(3.0, "G91\nG1X200F1200\n")
-    assert [line.split(".")[0] for line in messages(said)] == [
-        "[MSG:Driver X: it does not see the steps of its axis"
-    ]
+    assert [line.split(".")[0] for line in messages(said)] == ["[MSG:Driver X: it does not see the steps of its axis"]
     assert ALARM in said
 
 
@@ -265,3 +267,13 @@ def test_traffic_is_at_most_200_datagrams_a_second(kind: int) -> None:
     grbl.after(10.0)
     chips = 3 if kind != TMC2209 else 1  # every chip of a chain sees each of its transfers
     assert grbl.datagrams() - before <= 10 * 2 * 200 * chips
+
+
+def test_settings_that_change_at_any_moment_are_never_taken_for_a_reset(kind: int) -> None:
+    """Also while an answer to what was wanted before is on its way."""
+    grbl = make(kind)
+    for n in range(60):
+        said = grbl.after(0.0137, f"$220={40 + n % 7}\n$150={8 << n % 2}\n")
+        assert said.replace("ok\r\n", "") == "", said
+    grbl.after(0.3)
+    assert [row[-1] for row in grbl.rows()] == ["0"] * 3

@@ -178,6 +178,7 @@ class ChipFile(Strict):
     pump: PumpTimer | None = None  # of the charge pump
     spindle_uarts: dict[str, int] = {}  # that a spindle's drive can have, and the numbers the firmware gives them
     spindle_pins: dict[str, Annotated[tuple[str, ...], LooseTuple]] = {}  # of that bus, where the firmware fixes them
+    driver_uarts: dict[str, int] = {}  # that motor drivers can have, and the numbers the firmware gives them
     core: CoreSizes | None = None  # None: a PC
     firmware: Firmware | None = None
     platformio: PlatformIo | None = None

@@ -44,8 +44,10 @@ BUS_SIGNALS = (
     *("serial_tx", "serial_rx"),
     *("i2so_bck", "i2so_data", "i2so_ws"),
     *("bus_tx", "bus_rx", "bus_de"),
+    *("driver_tx", "driver_rx", "driver_mosi", "driver_miso", "driver_sclk", "driver_cs"),
+    *(f"driver_cs_{letter}" for letter in AXIS_LETTERS.lower()),
 )
-BUSES = (Role.ETHERNET, Role.SERIAL, Role.I2SO, Role.SPINDLE_BUS)
+BUSES = (Role.ETHERNET, Role.SERIAL, Role.I2SO, Role.SPINDLE_BUS, Role.DRIVER_BUS)
 
 
 @dataclass(frozen=True)
@@ -82,6 +84,7 @@ def pin_header_text(board: Board) -> str:
         tables=_tables(board),
         masks=list(_masks(board)),
         led_kind=LED_KINDS[board.led.kind] if board.led else "BOARD_LED_NONE",
+        driver_rows=" ".join(f"X({', '.join(map(str, row))})" for row in board.driver_rows),
         pin_keys=[_pin_key_row(row) for row in pin_keys(board)],
     )
 

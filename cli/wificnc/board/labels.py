@@ -35,10 +35,16 @@ _WORDS = {
     "bus_tx": "RS-485 TX",
     "bus_rx": "RS-485 RX",
     "bus_de": "RS-485 driver enable",
+    "driver_tx": "Drivers UART TX",
+    "driver_rx": "Drivers UART RX",
+    "driver_mosi": "Drivers SPI MOSI",
+    "driver_miso": "Drivers SPI MISO",
+    "driver_sclk": "Drivers SPI clock",
+    "driver_cs": "Drivers SPI select",
     "led": "status LED",
 }
 SECOND_PULL_OFF = load_settings()["second_pull_off_mm"].number  # of X
-_BUSES = (Role.ETHERNET, Role.SERIAL, Role.I2SO, Role.SPINDLE_BUS, Role.LED)
+_BUSES = (Role.ETHERNET, Role.SERIAL, Role.I2SO, Role.SPINDLE_BUS, Role.DRIVER_BUS, Role.LED)
 
 
 @dataclass(frozen=True)

@@ -40,6 +40,7 @@ ROLE_COLOURS = {
     Role.SERIAL: "#6d6d6d",
     Role.I2SO: "#2b4a3f",
     Role.SPINDLE_BUS: "#7d3f98",
+    Role.DRIVER_BUS: "#5f6b2f",
 }
 POWER_COLOURS = {"GND": "#222222", "3V3": "#8e1b1b", "5V": "#8e1b1b", "VIN": "#8e1b1b"}
 PAPER, INK, FAINT, LINE = "#fbfbf8", "#22272b", "#70777d", "#b9bec2"
@@ -316,7 +317,16 @@ def _tags(board: Board, name: str, pill: str) -> str:
 
 
 def _level_words(use: Use) -> list[str]:
-    if use.role in (Role.ETHERNET, Role.SERIAL, Role.I2SO, Role.SPINDLE_BUS, Role.LED, Role.STEP, Role.DIR):
+    if use.role in (
+        Role.ETHERNET,
+        Role.SERIAL,
+        Role.I2SO,
+        Role.SPINDLE_BUS,
+        Role.DRIVER_BUS,
+        Role.LED,
+        Role.STEP,
+        Role.DIR,
+    ):
         return []
     if use.is_output:
         return [f"active {use.active}"]

@@ -70,6 +70,7 @@ class Timing:
     toolsetter: bool = False  # a second probe input
     switchless: int = 0  # motors without a switch: bit n = the first one of axis n, bit 6 + n = its second one
     spindle_bus: bool = False  # RS-485 for a spindle drive
+    driver: tuple[int, ...] = (0,) * 6  # with registers: targets/pc/host_drivers.h
 
 
 @dataclass(frozen=True)
