@@ -9,7 +9,7 @@
 #define SPI_US         5000u  /* a chain of six takes 0.3 ms at 1 MHz */
 #define ANSWER_LOOK_US 1500u  /* from one look for an answer to the next */
 #define SG_RESULT      0x41u  /* TMC2209: StallGuard's result */
-#define STOOD_US       60000u /* a driver says that it stands 84 ms after its last step */
+#define STOOD_US       60000u /* a driver reports standstill 84 ms after its last step */
 #define UNSEEN_MAX     4u     /* looks */
 #define OPEN_MAX       16u    /* looks: it is only sure in motion */
 #define SPI_NOTHING    0xFFFFFFFFu
@@ -343,7 +343,7 @@ static enum outcome look_spi(struct drivers *drivers, struct hal *hal, uint32_t 
     return nothing && reads && drivers->driver[drivers->now].phase == DRIVER_WATCH ? FAILED : ANSWERED;
 }
 
-/* Who is next: a driver that is being written goes on, a lost one is tried from time to time. */
+/* Who is next: a driver that is being written continues, a lost one is tried from time to time. */
 static bool choose(struct drivers *drivers, uint32_t now_us) {
     const struct driver *driver = &drivers->driver[drivers->now];
     if (is_busy(driver) && driver->lost == 0)

@@ -25,7 +25,6 @@ ABILITIES = (
         lambda board: bool(board.output.spindle_enable or board.output.spindle_pwm),
         "error:135",
     ),
-    Ability("motor drivers with registers", "$140, $DRIVERS", lambda board: board.driver_bus is not None, "error:195"),
     Ability("spindle drive on RS-485", "$395", lambda board: board.spindle_bus is not None, "error:190"),
     Ability(
         "spindle speed",

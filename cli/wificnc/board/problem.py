@@ -39,7 +39,7 @@ RULES = {
     "second-motor": "the firmware has pulses and inputs for the motors: six, second ones included",
     "charge-pump": "the chip's timer makes the frequency of the charge pump",
     "servo": "the firmware has an output for the RC servo",
-    "drivers": "motor drivers with registers have a bus that reaches them, each a place of its own, DIAG a limit input",
+    "drivers": "motor drivers with registers have a bus that reaches them, each its own place, DIAG a limit input",
     "spindle-bus": "the firmware has the UART for a spindle drive on RS-485",
     "spi-host": "the chip has the SPI host for Ethernet",
     "step-engine": "what makes the step pulses has a channel for every axis",

@@ -304,7 +304,7 @@ def _driver(board: BoardFile, name: str, driver: Driver) -> Iterator[Finding]:
     if not uart and bus.cs is None and driver.cs is None:
         yield Finding("drivers", path, "nothing selects this driver", "cs here, or one for a chain in [driver_bus]")
     if not uart and bus.cs is not None and (driver.cs is not None or driver.place is None):
-        reason = "a driver of a chain has a place and no select line of its own"
+        reason = "a driver of a chain has a place and no select line for itself"
         yield Finding("drivers", path, reason, "place = 0 for the one next to mosi, and no cs")
     motor = board.axis.motors()[name]
     ends = [wire for key in ("limit", "limit_min", "limit_max", "home") if (wire := getattr(motor, key)) is not None]

@@ -37,7 +37,7 @@ class DriverFacts:
 
 
 def read_driver(part: Section, kind: str, remarks: Remarks) -> DriverFacts | None:
-    """Its registers; None: it has none that we write, and that is said."""
+    """Its registers; None: it has none that we write, which is a remark."""
     if kind not in KINDS:
         remarks.lost(part.path, part.line, REGISTERS)
         part.skip_all()
@@ -115,7 +115,7 @@ def _uart(root: Section, found: dict[str, Any], remarks: Remarks) -> dict[str, A
             _lose(facts, remarks, "a pin selects it on the UART (cs_pin), and no output of ours does that")
         elif None in pins.values():
             _lose(facts, remarks, f"uart{number} has no txd_pin or no rxd_pin")
-        elif driver.address in seen or driver.address > 3:  # noqa: PLR2004 two address pins
+        elif driver.address in seen or driver.address > 3:
             _lose(facts, remarks, f"address {driver.address} is another driver's, or above 3")
         seen.add(driver.address)
     return {"uart": f"UART{number}", **{key: pin.output() for key, pin in pins.items() if pin}}
@@ -132,11 +132,11 @@ def _spi(root: Section, found: dict[str, Any], remarks: Remarks) -> dict[str, An
     for facts in found.values():
         cs = facts.drivers[0].cs
         if None in pins.values():
-            _lose(facts, remarks, "spi has not all of mosi_pin, miso_pin and sck_pin")
+            _lose(facts, remarks, "spi lacks mosi_pin, miso_pin or sck_pin")
         elif cs is None or cs.name.startswith(SHIFTED):
             _lose(facts, remarks, "its cs_pin is an output of a shift register, or missing")
         elif chained and places != list(range(1, len(places) + 1)):
-            _lose(facts, remarks, "the chain has drivers that are no motor here")
+            _lose(facts, remarks, "the chain has drivers that drive no motor here")
     bus: dict[str, Any] = {"spi": _SPI_CONTROLLER, **{key: pin.output() for key, pin in pins.items() if pin}}
     if chained and drivers and drivers[0].cs:
         bus["cs"] = {"pin": drivers[0].cs.name, "active": "low"}
