@@ -22,7 +22,12 @@ UART, SPI = "fysetc-e4", "xpro-v5"
         (UART, 'uart = "UART1"', 'uart = "UART7"', "has no 'UART7' to spare"),
         (UART, 'rx = "GPIO21"', "", "the bus has no rx"),
         (UART, "[driver.a]", "[driver.c]", "the board has no axis c"),
-        (UART, "address = 3", "address = 3\ndiag = true", "DIAG is high in a stall, and this axis' limit is active low"),
+        (
+            UART,
+            "address = 3",
+            "address = 3\ndiag = true",
+            "DIAG is high in a stall, and this axis' limit is active low",
+        ),
         (UART, "address = 2", "address = 2\ndiag = true", "DIAG is to be at a limit input, and this axis has none"),
         (SPI, "place = 3", "place = 4", "a chain of 4 has the places 0 to 3"),
         (SPI, "place = 3", "place = 2", "driver.z has place 2 too, and both would answer"),
@@ -30,9 +35,7 @@ UART, SPI = "fysetc-e4", "xpro-v5"
         (SPI, 'spi = "SPI3"', 'spi = "SPI3"\nuart = "UART1"', "a bus is a UART or an SPI controller"),
     ],
 )
-def test_what_cannot_be_is_refused_with_the_reason(
-    tmp_path: Path, board: str, old: str, new: str, reason: str
-) -> None:
+def test_what_cannot_be_is_refused_with_the_reason(tmp_path: Path, board: str, old: str, new: str, reason: str) -> None:
     text = (BOARDS / f"{board}.toml").read_text(encoding="utf-8")
     assert old in text
     path = tmp_path / "edited.toml"
@@ -43,7 +46,11 @@ def test_what_cannot_be_is_refused_with_the_reason(
 @pytest.mark.parametrize(
     ("board", "rows", "number"),
     [
-        (UART, "X(1, 0, 1, 0, 1, 220, 0) X(1, 1, 3, 0, 1, 220, 0) X(1, 2, 0, 0, 1, 220, 0) X(1, 3, 2, 0, 1, 220, 0)", 1),
+        (
+            UART,
+            "X(1, 0, 1, 0, 1, 220, 0) X(1, 1, 3, 0, 1, 220, 0) X(1, 2, 0, 0, 1, 220, 0) X(1, 3, 2, 0, 1, 220, 0)",
+            1,
+        ),
         (SPI, "X(2, 0, 0, 0, 4, 50, 0) X(2, 1, 1, 0, 4, 50, 0) X(2, 2, 2, 0, 4, 50, 0) X(2, 3, 3, 0, 4, 50, 0)", 2),
     ],
 )

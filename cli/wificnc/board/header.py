@@ -47,6 +47,8 @@ BUS_SIGNALS = (
     *("driver_tx", "driver_rx", "driver_mosi", "driver_miso", "driver_sclk", "driver_cs"),
     *(f"driver_cs_{letter}" for letter in AXIS_LETTERS.lower()),
 )
+# Pins that nothing moves and no table lists: they cost no memory of the firmware.
+FIXED_SIGNALS = tuple(signal for signal in BUS_SIGNALS if signal.startswith("driver_"))
 BUSES = (Role.ETHERNET, Role.SERIAL, Role.I2SO, Role.SPINDLE_BUS, Role.DRIVER_BUS)
 
 
@@ -78,7 +80,7 @@ def pin_header_text(board: Board) -> str:
         step_grid_ns=step_grid_ns(board),
         numbering=NUMBERING[board.target],
         groups=[[_pin(board, signal) for signal in group] for group in signal_groups()],
-        signals=[[_signal(signal) for signal in group] for group in signal_groups()],
+        signals=[[_signal(signal) for signal in group if signal not in FIXED_SIGNALS] for group in signal_groups()],
         arrays=list(_arrays()),
         movable=list(_movable(board)),
         tables=_tables(board),
