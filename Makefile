@@ -65,7 +65,7 @@ test-chip: $(VENV)/.ready-dev
 power-cuts: $(VENV)/.ready-dev
 	WIFICNC_ON_CHIP=all $(PY) -m pytest -n auto -rP tests/pic32mz/test_pic32mz_power_cut_commands.py $(PYTEST)
 
-# Some 10 minutes. `make test-all` has two of them.
+# Some 10 minutes. `make test-all` compiles what only Windows has.
 platforms: $(VENV)/.ready-dev
 	@$(WIFICNC) build host
 	$(PY) -m pytest -n auto tests/build/test_platforms.py tests/release/test_wheels.py $(PYTEST)

@@ -1,4 +1,4 @@
-"""Tests on all cores (`make test`): a worker takes whole folders, so that what its session builds is built once."""
+"""Tests on all cores (`make test`): a worker takes whole files (tests/support/file_scheduling.py)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import os
 from collections.abc import Generator
 
 import pytest
-from folder_scheduling import FolderScheduling
+from file_scheduling import FileScheduling
 from hypothesis import settings
 from made_key import use_made_key
 from skips import closing_lines, complaint, is_forbidden
@@ -59,8 +59,8 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 @pytest.hookimpl(optionalhook=True)
-def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> FolderScheduling:
-    return FolderScheduling(config, log)
+def pytest_xdist_make_scheduler(config: pytest.Config, log: Producer) -> FileScheduling:
+    return FileScheduling(config, log)
 
 
 def _reason(report: pytest.TestReport | pytest.CollectReport) -> str:

@@ -51,15 +51,33 @@ def main(words: list[str]) -> int:
         return run([python, "-m", "wificnc", "demo", *rest])
     if code := run([python, "-m", "wificnc", "build", "host"]):
         return code
+    if not rest:
+        compile_tests(python)
     chosen = CHOSEN[asked.command]
     return run([python, "-m", "pytest", "-n", "auto", "--no-loadscope-reorder", "-m", chosen, *rest])
 
 
 def run(command: list[str | Path], folder: Path = ROOT) -> int:
     """In the folder, with text in UTF-8 whatever the system's code page is."""
-    return subprocess.run(
-        [*map(str, command)], cwd=folder, env={**os.environ, "PYTHONUTF8": "1"}, check=False
-    ).returncode
+    return subprocess.run([*map(str, command)], cwd=folder, env=environment(), check=False).returncode
+
+
+def environment() -> dict[str, str]:
+    return {**os.environ, "PYTHONUTF8": "1"}
+
+
+def compile_tests(python: Path) -> None:
+    """Before a first run, each file once, on all processors: pytest compiles tests for a minute, and each of its
+    workers would, at the same time."""
+    files = sorted(ROOT.glob("tests/*/test_*.py"))
+    if next(ROOT.glob("tests/*/__pycache__/test_*-pytest-*.pyc"), None):
+        return
+    count = os.cpu_count() or 1
+    collect = [str(python), "-m", "pytest", "--collect-only", "-qq"]
+    parts = [[*map(str, files[n::count])] for n in range(min(count, len(files)))]
+    null = subprocess.DEVNULL  # the run itself reports what does not compile
+    for each in [subprocess.Popen([*collect, *part], cwd=ROOT, env=environment(), stdout=null) for part in parts]:
+        each.wait()
 
 
 def python_of(venv: Path) -> Path:
@@ -97,7 +115,8 @@ def create(venv: Path) -> None:
 
 
 def install(venv: Path, extras: str) -> None:
-    pip: list[str | Path] = [python_of(venv), "-m", "pip", "install", "--quiet", "--disable-pip-version-check"]
+    words = ("install", "--quiet", "--disable-pip-version-check", "--no-compile")  # few of these modules are ever used
+    pip: list[str | Path] = [python_of(venv), "-m", "pip", *words]
     if code := run([*pip, "-e", f".[{extras}]"]):
         sys.exit(code)
 

@@ -17,15 +17,13 @@ import pytest
 import wine
 from everywhere import ROOT, TRACE_DIGEST, programs
 from patience import BUILD_S, HANG_S
-from slow import deep_but
-from wificnc.build.cross import CrossBuild, build_platform, build_platform_program
+from wificnc.build.cross import CrossBuild, build_platform, build_platform_program, compile_for
 from wificnc.build.host import build_program, host_sources
 from wificnc.build.platforms import ENDINGS, PLATFORMS, SYSTEMS, sources_of
 
 EVERY = sorted(PLATFORMS)
-# The one whose sources are its own; macOS has those of Linux, and its computers run the quick tests (ci.yml). All seven
-# take ten minutes: `make platforms`, and each night.
-BUILT = ["windows-x86_64"]
+# All seven take ten minutes: `make platforms`, and each night. Windows and macOS run the quick tests on computers of
+# their own (ci.yml), with sources of their own.
 EMULATED = [name for name in EVERY if PLATFORMS[name].emulator]
 INSTALL = {"wine": wine.MISSING}
 WHOLE_JOB = ROOT / "examples" / "inlay.nc"
@@ -101,7 +99,16 @@ def test_only_the_port_asks_which_system_it_is() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", deep_but(BUILT.__contains__, EVERY))
+def test_the_sources_of_windows_compile_without_a_warning() -> None:
+    """Its own ones: all others are compiled for this computer, too."""
+    platform = PLATFORMS["windows-x86_64"]
+    own = [path for path in host_sources(ROOT, platform.system) if path.stem.endswith(platform.system.ending)]
+    objects, warnings = compile_for(platform, own, ROOT)
+    assert objects and warnings == ""
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("name", EVERY)
 def test_the_library_links_without_a_warning(name: str) -> None:
     build = built(name)
     assert build.warnings == ""
@@ -110,8 +117,8 @@ def test_the_library_links_without_a_warning(name: str) -> None:
     assert {b"sim_create", b"page_listen", b"host_create"} <= exported
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", deep_but(BUILT.__contains__, EVERY))
+@pytest.mark.deep
+@pytest.mark.parametrize("name", EVERY)
 def test_the_server_links_without_a_warning(name: str) -> None:
     program, warnings = build_platform_program(built(name), SERVE, "wificnc-serve")
     assert warnings == ""
@@ -136,8 +143,8 @@ def emulator_of(name: str) -> str:
     return emulator
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", deep_but(BUILT.__contains__, EMULATED))
+@pytest.mark.deep
+@pytest.mark.parametrize("name", EMULATED)
 def test_an_emulated_computer_steps_as_this_one(name: str, environment: dict[str, str]) -> None:
     emulator = emulator_of(name)
     program, _ = build_platform_program(build_platform(PLATFORMS[name].emulated()), TRACE_DIGEST, "trace_digest")
@@ -149,8 +156,8 @@ def test_an_emulated_computer_steps_as_this_one(name: str, environment: dict[str
     assert [job for job, one, other in zip(jobs, wanted, found, strict=True) if one != other] == []
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("name", deep_but(BUILT.__contains__, EMULATED))
+@pytest.mark.deep
+@pytest.mark.parametrize("name", EMULATED)
 def test_an_emulated_computer_serves(name: str, environment: dict[str, str]) -> None:
     """A client connects, asks, streams a job that is faster than it runs, and the program ends with its parent."""
     emulator = emulator_of(name)

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 from patience import HANG_S
-from slow import slow_but
+from slow import deep_but
 
 LOCALES = {
     "C": {"LC_ALL": "C", "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"},
@@ -50,7 +50,7 @@ def files(tmp_path: Path) -> dict[str, str]:
     return {"job": str(job), "bad": str(bad), "missing": str(tmp_path / "f\u00e9hlt.nc")}
 
 
-@pytest.mark.parametrize("locale", slow_but("C".__eq__, LOCALES))
+@pytest.mark.parametrize("locale", deep_but("C".__eq__, LOCALES))
 @pytest.mark.parametrize("case", COMMANDS)
 def test_no_traceback(files: dict[str, str], case: str, locale: str) -> None:
     done = run(locale, *(word.format(**files) for word in COMMANDS[case]))

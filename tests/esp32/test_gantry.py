@@ -32,13 +32,8 @@ BOARDS = (
     ("esp32s3", "spi", "esp32s3-devkitc-shift"),
 )
 QUICK = ("esp32", "gpio", "esp32-wroom32")
-# Each engine, each chip, both ways to have a second motor.
-KEPT = {
-    QUICK,
-    ("esp32s3", "rmt", "esp32s3-devkitc-gantry"),
-    ("esp32", "i2s", "mks-tinybee-gantry"),
-    ("esp32s3", "spi", "esp32s3-devkitc-shift"),
-}
+# Each chip, pins and registers, both ways to have a second motor.
+KEPT = {QUICK, ("esp32s3", "spi", "esp32s3-devkitc-shift")}
 
 
 def sources(chip: str) -> list[Path]:

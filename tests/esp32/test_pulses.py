@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from esp32_registers import ESP32, FLAGS, HERE, INCLUDES, ROOT, header_folder
 from patience import HANG_S
+from slow import slow_but
 from wificnc.board.header import pin_header_text
 from wificnc.board.load import load_board
 from wificnc.build.compiler import locate_compiler
@@ -51,14 +52,17 @@ def said(program: Path, *words: str) -> str:
     return done.stdout
 
 
-@pytest.mark.parametrize(
-    ("chip", "engine"), [("esp32", "gpio"), ("esp32", "rmt"), ("esp32s3", "rmt"), ("esp32", "i2s"), ("esp32s3", "spi")]
-)
-def test_pulses(chip: str, engine: str, tmp_path: Path) -> None:
+ENGINES = (("esp32", "gpio"), ("esp32", "rmt"), ("esp32s3", "rmt"), ("esp32", "i2s"), ("esp32s3", "spi"))
+
+
+@pytest.mark.parametrize("target", slow_but(("esp32", "gpio").__eq__, ENGINES), ids="-".join)
+def test_pulses(target: tuple[str, str], tmp_path: Path) -> None:
+    chip, engine = target
     board = rmt_board(chip, tmp_path) if engine == "rmt" else load_board(BOARDS[engine])
     said(built(tmp_path, chip, pin_header_text(board)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("chip", "engine"), [("esp32", "i2s"), ("esp32s3", "spi")])
 def test_shift_registers_make_the_steps_of_the_interrupts_plan_within_a_word(
     chip: str, engine: str, tmp_path: Path

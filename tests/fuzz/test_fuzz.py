@@ -45,6 +45,7 @@ def test_committed_inputs(folder: Path, name: str) -> None:
     assert run.stderr.splitlines() == [str(path) for path in files], "each was replayed"
 
 
+@pytest.mark.slow  # the whole ones are looked at above
 @pytest.mark.parametrize("name", NAMES)
 def test_inputs_cut_anywhere(folder: Path, tmp_path: Path, name: str) -> None:
     """Half an input is an input too."""

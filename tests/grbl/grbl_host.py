@@ -20,6 +20,7 @@ from wificnc.sim.native import HostBoard, HostCounters, Tasks
 AXES = 6
 HZ = 20_000_000
 HOST_IDLE, HOST_ROOM, HOST_BUDGET, HOST_TIME = range(4)
+HEARD = ctypes.create_string_buffer(65536)  # of one call
 BANNER = "\r\nGrbl 1.1h ['$' for help]\r\n"
 LOCKED = "[MSG:'$H'|'$X' to unlock]\r\n"
 Steps = ctypes.c_int32 * AXES
@@ -92,9 +93,9 @@ class Grbl:
 
     def heard(self) -> str:
         """Log since the last time."""
-        said, buffer = b"", ctypes.create_string_buffer(65536)
-        while count := LIB.host_read(self._host, buffer, len(buffer)):
-            said += buffer.raw[:count]
+        said = b""
+        while count := LIB.host_read(self._host, HEARD, len(HEARD)):
+            said += HEARD[:count]
         self.monitor.check()
         return said.decode("latin-1")
 

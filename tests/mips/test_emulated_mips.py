@@ -26,6 +26,7 @@ def program(controller: list[Path], main: Path) -> Path:
     return link([*controller, *compile_files(ROOT, [main], OUTPUT)], OUTPUT / main.stem)
 
 
+@pytest.mark.slow  # the next one sees what a processor can do otherwise
 def test_unit_tests_pass_as_mips_code(controller: list[Path]) -> None:
     assert run(program(controller, UNIT_TESTS), b"", 4 * HANG_S).splitlines() == ["0 failures"]
 

@@ -114,6 +114,7 @@ def arc_chains(draw: st.DrawFn) -> str:
     return "\n".join(lines) + "\n"
 
 
+@pytest.mark.slow  # some of each family are quick
 @common
 @given(text=arc_chains(), machine=machines)
 def test_arcs_of_round_numbers(text: str, machine: Machine) -> None:
@@ -124,6 +125,7 @@ def test_arcs_of_round_numbers(text: str, machine: Machine) -> None:
     assert_lawful(run, machine)
 
 
+@pytest.mark.slow
 @common
 @given(path=structured_paths())
 def test_corexy(path: Path) -> None:

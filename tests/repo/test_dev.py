@@ -20,6 +20,7 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
     commands: list[list[str]] = []
     monkeypatch.setattr(dev, "set_up", lambda venv, dev: commands.append([f"set up {venv.name}{' dev' * dev}"]))
     monkeypatch.setattr(dev, "run", lambda command, folder=ROOT: commands.append([*map(str, command[1:])]) or 0)
+    monkeypatch.setattr(dev, "compile_tests", lambda python: commands.append(["compile tests"]))
     return commands
 
 
@@ -31,6 +32,24 @@ def test_each_command_has_its_tests(ran: list[list[str]]) -> None:
         assert dev.main([command, *words]) == 0
         pytest_words = ["-m", "pytest", "-n", "auto", "--no-loadscope-reorder", "-m", marked, *words]
         assert ran == [["set up .venv dev"], ["-m", "wificnc", "build", "host"], pytest_words]
+
+
+def test_all_tests_are_compiled_before_they_run(ran: list[list[str]]) -> None:
+    assert dev.main(["test"]) == 0
+    assert [words[:2] for words in ran[-2:]] == [["compile tests"], ["-m", "pytest"]]
+
+
+def test_each_test_file_is_compiled_once_and_not_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(dev, "ROOT", tmp_path)
+    monkeypatch.delenv("PYTHONDONTWRITEBYTECODE", raising=False)
+    (tmp_path / "pytest.ini").touch()
+    for folder in "abc":
+        (tmp_path / "tests" / folder).mkdir(parents=True)
+        (tmp_path / "tests" / folder / f"test_{folder}.py").write_text("def test_it():\n    assert 1 + 1 == 2\n")
+    dev.compile_tests(Path(sys.executable))
+    assert len(list(tmp_path.glob("tests/*/__pycache__/test_*-pytest-*.pyc"))) == 3
+    monkeypatch.setattr(dev.subprocess, "Popen", lambda *_words, **_more: pytest.fail("compiled again"))
+    dev.compile_tests(Path(sys.executable))
 
 
 def test_demo_needs_no_tools_of_developers(ran: list[list[str]]) -> None:

@@ -76,6 +76,7 @@ def run_job(
     return shown, saw
 
 
+@pytest.mark.slow
 def test_grbl_streamer(server: Server, tmp_path: Path, from_pypi: Callable[..., Path]) -> None:
     packages = from_pypi("grbl-streamer", "grbl-streamer==2.0.2", "gcode-machine==1.0.3", "pyserial==3.5")
     driver = str(HERE / "drive_grbl_streamer.py")

@@ -36,6 +36,7 @@ def test_every_shape_of_job_gives_a_picture(library, name):
     assert png.startswith(b"\x89PNG") and len(png) > 20_000
 
 
+@pytest.mark.slow
 def test_the_same_job_makes_the_same_picture(library):
     result = run(library, JOBS["relief"], samples=True)
     svg = draw_job(result, "svg")

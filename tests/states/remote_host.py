@@ -50,6 +50,7 @@ RPM = 900  # not that of the text side
 LONG = Segment(steps=(-9000, 0, 0, 0, 0, 0), duration_us=900_000_000)
 SHORT = Segment(steps=(-10, 0, 0, 0, 0, 0), duration_us=200_000)
 STATUS_INTERVAL_MS = 0x0103
+SENT = ctypes.byref(ctypes.c_uint32()), ctypes.byref(ctypes.c_uint16()), ctypes.create_string_buffer(600)  # of one call
 ON, OFF = IoControl(spindle=1, rpm=RPM, coolant=1), IoControl()
 
 PAYLOADS: dict[str, Layout] = {
@@ -112,7 +113,7 @@ class RemoteHosts(Grbl):
                 self._request(PAYLOADS["host_jog"])  # a jog that is not repeated ends
             elif until - now >= round(ALIVE_S * HZ):
                 self._jogs = False
-        self._fetch()
+        self._skip()
         return self.heard()
 
     def state(self) -> str:
@@ -168,13 +169,17 @@ class RemoteHosts(Grbl):
 
     def _fetch(self) -> list[Layout]:
         """What was sent since the last time."""
-        address, port, data = ctypes.c_uint32(), ctypes.c_uint16(), ctypes.create_string_buffer(600)
         found = []
-        while size := LIB.host_wire_sent(self._wire, ctypes.byref(address), ctypes.byref(port), data, 600):
-            packet = parse(data.raw[:size])
+        while size := LIB.host_wire_sent(self._wire, *SENT, len(SENT[2])):
+            packet = parse(SENT[2][:size])
             assert packet is not None
             found.append(packet.payload)
         return found
+
+    def _skip(self) -> None:
+        """What was sent since the last time, unread."""
+        while LIB.host_wire_sent(self._wire, *SENT, len(SENT[2])):
+            pass
 
     def _refused(self) -> StatisticsResponse:
         response = self._request(Statistics())

@@ -29,7 +29,9 @@ class HostLibrary:
         return load(ensure_host_library(), HOST)
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self._loaded, name)
+        function = getattr(self._loaded, name)
+        setattr(self, name, function)  # the next call finds it without us
+        return function
 
 
 LIB = HostLibrary()

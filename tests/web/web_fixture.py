@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 from collections.abc import Callable, Iterator
@@ -14,6 +15,8 @@ from bridge import Bridge
 from patience import HANG_S
 from playwright.sync_api import Browser, BrowserContext, Page, Request, expect, sync_playwright
 from wificnc.board.load import load_board
+from wificnc.build.checkout import checkout_root
+from wificnc.build.lock import build_lock
 from wificnc.serve.options import Address, ServeOptions
 from wificnc.serve.page import About, PageServer
 from wificnc.serve.server import Server
@@ -39,7 +42,14 @@ def built_page() -> Path:
     """web/dist, built from what is here now."""
     if why := missing_tools():
         pytest.skip(f"the page cannot be built: {why}")
-    return build_page()[0]
+    run = os.environ.get("PYTEST_XDIST_TESTRUNUID", "")  # all workers of a run have the same; alone there is none
+    folder = checkout_root() / "build" / "web" / "tests"
+    with build_lock(folder):
+        built_for = folder / "run"
+        if not run or not built_for.exists() or built_for.read_text() != run:
+            build_page()
+            built_for.write_text(run)
+    return checkout_root() / "web" / "dist"
 
 
 @pytest.fixture(scope="session")

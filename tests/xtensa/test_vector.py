@@ -54,6 +54,7 @@ def test_the_vector_changes_nothing_wherever_it_comes(tools: Toolchain, tmp_path
     assert outcome(tools, tmp_path, ROOT / VECTOR, HANG_S) == "good"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "line",
     ["    wsr.sar a2\n", "    wsr.scompare1 a3\n", "    l32i a11, a1, 44\n"],

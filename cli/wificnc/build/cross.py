@@ -41,11 +41,9 @@ def build_platform(platform: Platform, *, root: Path | None = None) -> CrossBuil
     """
     root = root or checkout_root()
     directory = root / "build" / "platforms" / platform.name
-    units = _units(root, directory, host_sources(root, platform.system))
     library = directory / platform.system.library
     with build_lock(directory):
-        warnings = _compile(root, platform, units)
-        objects = tuple(unit.object for unit in units)
+        objects, warnings = compile_for(platform, host_sources(root, platform.system), root)
         if is_older(library, objects):
             warnings += _link(platform, ["-shared", *platform.system.link_flags], objects, library)
     return CrossBuild(platform, library, objects, warnings)
@@ -64,9 +62,8 @@ def build_platform_program(build: CrossBuild, source: Path, name: str) -> tuple[
     directory = build.library.parent
     output = directory / f"{name}{build.platform.system.program_suffix}"
     with build_lock(directory):
-        (unit,) = _units(root, directory, [source])
-        warnings = _compile(root, build.platform, [unit])
-        objects = [unit.object, *build.objects]
+        own, warnings = compile_for(build.platform, [source], root)
+        objects = [*own, *build.objects]
         if is_older(output, objects):
             warnings += _link(build.platform, [], objects, output)
     return output, warnings
@@ -88,14 +85,21 @@ def zig_cc() -> list[str]:
     return [str(Path(spec.origin).with_name("zig")), "cc"]
 
 
-def _units(root: Path, directory: Path, sources: Sequence[Path]) -> list[Unit]:
-    return [Unit(path, directory / "obj" / path.relative_to(root).with_suffix(".o")) for path in sources]
+def compile_for(platform: Platform, sources: Sequence[Path], root: Path) -> tuple[tuple[Path, ...], str]:
+    """Compile what is stale of these.
 
+    Returns:
+        The objects, and the compiler's warnings.
 
-def _compile(root: Path, platform: Platform, units: Sequence[Unit]) -> str:
+    Raises:
+        BuildError: something did not compile.
+    """
+    folder = root / "build" / "platforms" / platform.name / "obj"
+    units = [Unit(path, folder / path.relative_to(root).with_suffix(".o")) for path in sources]
     flags = [*platform.target_flags, *FLAGS, *platform.system.flags, *RELEASE_FLAGS]
-    command = [*zig_cc(), *flags, *(f"-I{root / folder}" for folder in HEADERS)]
-    return compile_stale(command, units, f"zig cc for {platform.name}")[1]
+    command = [*zig_cc(), *flags, *(f"-I{root / path}" for path in HEADERS)]
+    _, warnings = compile_stale(command, units, f"zig cc for {platform.name}")
+    return tuple(unit.object for unit in units), warnings
 
 
 def _link(platform: Platform, options: Sequence[str], objects: Sequence[Path], output: Path) -> str:

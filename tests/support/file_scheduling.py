@@ -1,4 +1,4 @@
-"""How tests are shared out to workers: whole folders, so that what a folder's session builds is built once."""
+"""How tests are shared out to workers: whole files, and folders whose session makes what is not kept in build/."""
 
 from __future__ import annotations
 
@@ -7,12 +7,15 @@ from pathlib import PurePosixPath
 from xdist.scheduler import LoadScopeScheduling
 from xdist.workermanage import WorkerController
 
+WHOLE = {"tests/release"}  # one release of one repository for all of its tests
 
-class FolderScheduling(LoadScopeScheduling):
-    """xdist's scheduling by scope, where a scope is a folder."""
+
+class FileScheduling(LoadScopeScheduling):
+    """xdist's scheduling by scope, where a scope is a file, or a folder of WHOLE."""
 
     def _split_scope(self, nodeid: str) -> str:
-        return str(PurePosixPath(nodeid.split("::", 1)[0]).parent)
+        file = PurePosixPath(nodeid.split("::", 1)[0])
+        return str(file.parent if str(file.parent) in WHOLE else file)
 
     def remove_node(self, node: WorkerController) -> str | None:
         """A test that ends its worker, as a timeout does, has failed: the next worker takes what follows it.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import OrderedDict
 from types import SimpleNamespace
 
-from folder_scheduling import FolderScheduling
+from file_scheduling import FileScheduling
 
 UNIT = ["tests/a/test_x.py::one", "tests/a/test_x.py::two", "tests/a/test_y.py::three"]
 
@@ -25,9 +25,9 @@ class Worker(SimpleNamespace):
         self.shutting_down = True
 
 
-def scheduling(done: dict[str, bool]) -> tuple[FolderScheduling, Worker, Worker]:
+def scheduling(done: dict[str, bool]) -> tuple[FileScheduling, Worker, Worker]:
     """One worker has the unit, of which that much is done; another one has nothing."""
-    scheduler = FolderScheduling.__new__(FolderScheduling)
+    scheduler = FileScheduling.__new__(FileScheduling)
     crashing, other = Worker(sent=[]), Worker(sent=[])
     scheduler.log = lambda *words: None
     scheduler.workqueue = OrderedDict()
@@ -54,6 +54,8 @@ def test_worker_that_ends_when_all_is_done_has_no_crash() -> None:
     assert other.sent == []
 
 
-def test_a_scope_is_a_folder() -> None:
+def test_a_scope_is_a_file_but_a_folder_that_makes_a_release() -> None:
     scheduler, _, _ = scheduling({})
-    assert [scheduler._split_scope(test) for test in UNIT] == ["tests/a"] * 3
+    assert [scheduler._split_scope(test) for test in UNIT] == ["tests/a/test_x.py"] * 2 + ["tests/a/test_y.py"]
+    of_a_release = [f"tests/release/test_{name}.py::test" for name in ("wheels", "installed")]
+    assert [scheduler._split_scope(test) for test in of_a_release] == ["tests/release"] * 2
