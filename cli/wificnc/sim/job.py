@@ -203,7 +203,8 @@ def run_job(library: ctypes.CDLL, request: JobRequest, on_progress: Progress | N
         JobError: the controller contradicts itself, or there is no room for the trace.
     """
     timing = request.timing
-    board = HostBoard(*astuple(timing))
+    *numbers, driver = astuple(timing)
+    board = HostBoard(*numbers, driver=driver)
     with Simulation(library, board) as sim:
         _apply_lines(sim, (*request.settings, *request.commands))
         _plan_events(sim, request.events)
