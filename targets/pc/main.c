@@ -203,7 +203,7 @@ static bool take_option(struct serve_options *options, struct lines *lines, cons
         return add_line(lines->hands, value);
     } else {
         return strncmp(name, "--device", 8) == 0 || strncmp(name, "--pump", 6) == 0 ||
-                       strcmp(name, "--spindle-bus") == 0
+                       strncmp(name, "--driver-", 9) == 0 || strcmp(name, "--spindle-bus") == 0
                    ? take_parts(&options->board, name, value)
                    : take_board(&options->board, name, value);
     }
