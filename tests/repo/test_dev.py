@@ -20,7 +20,7 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
     commands: list[list[str]] = []
     monkeypatch.setattr(dev, "set_up", lambda venv, dev: commands.append([f"set up {venv.name}{' dev' * dev}"]))
     monkeypatch.setattr(dev, "run", lambda command, folder=ROOT: commands.append([*map(str, command[1:])]) or 0)
-    monkeypatch.setattr(dev, "compile_tests", lambda python: commands.append(["compile tests"]))
+    monkeypatch.setattr(dev, "compile_tests", lambda python: commands.extend([["compile tests"]]))
     return commands
 
 
@@ -48,7 +48,7 @@ def test_each_test_file_is_compiled_once_and_not_again(tmp_path: Path, monkeypat
         (tmp_path / "tests" / folder / f"test_{folder}.py").write_text("def test_it():\n    assert 1 + 1 == 2\n")
     dev.compile_tests(Path(sys.executable))
     assert len(list(tmp_path.glob("tests/*/__pycache__/test_*-pytest-*.pyc"))) == 3
-    monkeypatch.setattr(dev.subprocess, "Popen", lambda *_words, **_more: pytest.fail("compiled again"))
+    monkeypatch.setattr("subprocess.Popen", lambda *_words, **_more: pytest.fail("compiled again"))
     dev.compile_tests(Path(sys.executable))
 
 
