@@ -216,6 +216,55 @@ class Pendant(Strict):
     )
 
 
+class DriverBus(Strict):
+    """The bus of motor drivers with registers: a UART, or an SPI controller."""
+
+    uart: str | None = Field(default=None, description="UART of the chip, such as UART2: TMC2209")
+    tx: OutputWire | None = Field(default=None, description="UART: to PDN_UART of all drivers, through 1 kOhm")
+    rx: InputWire | None = Field(default=None, description="UART: from PDN_UART of all drivers")
+    spi: str | None = Field(default=None, description="SPI controller of the chip, such as SPI3: TMC5160, TMC2130")
+    mosi: OutputWire | None = Field(default=None, description="SPI: to SDI of the drivers, of the first in a chain")
+    miso: InputWire | None = Field(default=None, description="SPI: from SDO of the drivers, of the last in a chain")
+    sclk: OutputWire | None = Field(default=None, description="SPI: to SCK of all drivers")
+    cs: OutputWire | None = Field(default=None, description="SPI: to CSN of all drivers of a chain")
+
+
+class Driver(Strict):
+    """A motor driver with registers."""
+
+    kind: Literal["tmc2209", "tmc5160", "tmc2130"]
+    address: int | None = Field(default=None, ge=0, le=3, description="UART: as its pins MS1, MS2 have it")
+    place: int | None = Field(default=None, ge=0, le=5, description="in a chain: 0 is next to mosi")
+    cs: OutputWire | None = Field(default=None, description="SPI without a chain: to its CSN")
+    sense_mohm: int | None = Field(
+        default=None, ge=10, le=1000, description="sense resistor, mOhm; left out: 110, of a TMC5160 75"
+    )
+    diag: bool = Field(default=False, description="its DIAG (TMC2209) or DIAG1 is at the limit input of its axis")
+
+    @property
+    def code(self) -> int:
+        """enum tmc_kind of core/drivers/tmc.h."""
+        return {"tmc2209": 1, "tmc5160": 2, "tmc2130": 3}[self.kind]
+
+    @property
+    def sense(self) -> int:
+        return self.sense_mohm or (75 if self.kind == "tmc5160" else 110)
+
+
+class Drivers(Strict):
+    """Motor drivers with registers, by axis."""
+
+    x: Driver | None = None
+    y: Driver | None = None
+    z: Driver | None = None
+    a: Driver | None = None
+    b: Driver | None = None
+    c: Driver | None = None
+
+    def named(self) -> dict[str, Driver]:
+        return {name: driver for name in "xyzabc" if (driver := getattr(self, name)) is not None}
+
+
 class ShiftRegisters(Strict):
     """A chain of 74HC595 at the I2S peripheral: its outputs are the pins I2SO.0, I2SO.1 and so on."""
 
@@ -271,6 +320,8 @@ class BoardFile(Strict):
     serial: Serial | None = None
     spindle_bus: SpindleBus | None = None
     pendant: Pendant | None = None
+    driver_bus: DriverBus | None = None
+    driver: Drivers = Drivers()
     i2so: ShiftRegisters | None = None
     note: Annotated[tuple[str, ...], LooseTuple] = Field(default=(), description="notes for the user before wiring")
     header: Annotated[tuple[Header, ...], LooseTuple] = ()
@@ -310,6 +361,7 @@ class Role(Enum):
     I2SO = "shift registers"
     SPINDLE_BUS = "spindle bus"
     PENDANT = "pendant"
+    DRIVER_BUS = "driver bus"
 
 
 @dataclass(frozen=True)
@@ -456,6 +508,41 @@ class Board(BoardFile):
         return self.pins.pendant_uarts.get(self.pendant.uart, 0) if self.pendant else 0
 
     @property
+    def driver_bus_number(self) -> int:
+        """UART or SPI controller of the motor drivers; 0: no bus, or a virtual one."""
+        bus = self.driver_bus
+        if bus is None:
+            return 0
+        return self.pins.driver_uarts.get(bus.uart, 0) if bus.uart else self.pins.spi_hosts.get(bus.spi or "", 0)
+
+    @property
+    def driver_rows(self) -> tuple[tuple[int, ...], ...]:
+        """struct driver_wire of core/drivers/drivers.h: kind, axis, address or place, select, chain, mOhm, DIAG."""
+        named = self.driver.named()
+        chained = bool(self.driver_bus and self.driver_bus.cs)
+        selects = iter(range(len(named)))
+        return tuple(
+            (
+                driver.code,
+                "xyzabc".index(name),
+                (driver.address if driver.kind == "tmc2209" else driver.place) or 0,
+                next(selects) if driver.cs else 0,
+                len(named) if chained else 1,
+                driver.sense,
+                int(driver.diag),
+            )
+            for name, driver in named.items()
+        )
+
+    @property
+    def driver_codes(self) -> list[int]:
+        """The same as numbers for targets/pc/host_drivers.h, one per axis; 0: a plain driver."""
+        codes = [0] * AXES_MAX
+        for kind, axis, address, select, chain, _mohm, diag in self.driver_rows:
+            codes[axis] = kind | address << 4 | select << 8 | chain << 12 | diag << 16
+        return codes
+
+    @property
     def has_analog(self) -> bool:
         """Analog inputs and outputs of M66 .. M68: no chip's firmware has them, the PC's virtual machine has."""
         return self.target == "host"
@@ -495,6 +582,7 @@ _GROUPS = (
     ("i2so", "i2so", Role.I2SO, ("bck", "data", "ws")),
     ("spindle_bus", "bus", Role.SPINDLE_BUS, ("tx", "rx", "de")),
     ("pendant", "pendant", Role.PENDANT, ("tx", "rx")),
+    ("driver_bus", "driver", Role.DRIVER_BUS, ("tx", "rx", "mosi", "miso", "sclk", "cs")),
 )
 
 
@@ -517,6 +605,8 @@ def _uses(board: BoardFile) -> Iterator[Use]:
     for table, prefix, role, keys in _GROUPS:
         for key in keys:
             yield from _use(f"{prefix}_{key}", (table, key), role, getattr(getattr(board, table), key, None))
+    for name, driver in board.driver.named().items():
+        yield from _use(f"driver_cs_{name}", ("driver", name, "cs"), Role.DRIVER_BUS, driver.cs)
     if board.led:
         yield Use("led", ("led", "pin"), Role.LED, board.led.pin)
 
