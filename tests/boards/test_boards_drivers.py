@@ -20,6 +20,12 @@ UART, SPI = "fysetc-e4", "xpro-v5"
         (UART, "address = 3\n", "", "the address of this driver is missing"),
         (UART, 'kind = "tmc2209"\naddress = 3', 'kind = "tmc5160"\nplace = 0', "a TMC5160 is reached by SPI"),
         (UART, 'uart = "UART1"', 'uart = "UART7"', "has no 'UART7' to spare"),
+        (
+            UART,
+            "[driver_bus]",
+            '[pendant]\nuart = "UART1"\ntx = "GPIO4"\nrx = "GPIO0"\n\n[driver_bus]',
+            "UART1 is the UART of the pendant",
+        ),
         (UART, 'rx = "GPIO21"', "", "the bus has no rx"),
         (UART, "[driver.a]", "[driver.c]", "the board has no axis c"),
         (

@@ -7,9 +7,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from math import ceil
 
+from wificnc.board.buses import Driver
 from wificnc.board.chip import Chip
-from wificnc.board.model import AXES_MAX, AXIS_LETTERS, BoardFile, Driver, OutputWire, Role, Use
+from wificnc.board.model import AXES_MAX, AXIS_LETTERS, BoardFile, Role, Use
 from wificnc.board.shift_registers import on_grid_ns, pulse_engine, shift_registers
+from wificnc.board.wire import OutputWire
 from wificnc.checked.problem import Finding, key_text
 from wificnc.checked.shape import closest
 
