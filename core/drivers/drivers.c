@@ -198,7 +198,7 @@ static bool has_moved(const struct drivers *drivers, struct driver *driver, uint
     return moved;
 }
 
-static void take_look(struct drivers *drivers, struct driver *driver, uint32_t value, bool moved) {
+static void take_look(const struct drivers *drivers, struct driver *driver, uint32_t value, bool moved) {
     const struct tmc_chip *chip = chip_of(drivers, drivers->now);
     const uint8_t reg = looks[driver->at];
     if (reg == TMC_GSTAT) {
@@ -376,7 +376,6 @@ static void close(struct drivers *drivers, enum outcome outcome, uint32_t value,
 bool drivers_poll(struct drivers *drivers, struct hal *hal, uint32_t now_us, drivers_position *position,
                   const void *ctx) {
     uint32_t value = 0;
-    int32_t steps[AXIS_COUNT] = {0};
     if (drivers->count == 0)
         return false;
     if (!drivers->open) {
@@ -394,6 +393,7 @@ bool drivers_poll(struct drivers *drivers, struct hal *hal, uint32_t now_us, dri
         return false;
     bool moved = false;
     if (drivers->driver[drivers->now].phase == DRIVER_WATCH && outcome == ANSWERED) {
+        int32_t steps[AXIS_COUNT] = {0};
         position(ctx, steps);
         moved = has_moved(drivers, &drivers->driver[drivers->now], now_us, steps);
     }
