@@ -23,7 +23,7 @@ from wificnc.serve.server import Server
 
 from web.build import build_page, missing_tools
 
-CHROMIUM = ("chromium", "chromium-browser", "google-chrome")
+CHROMIUM = ("chromium-headless-shell", "chromium", "chromium-browser", "google-chrome")  # the first one starts fastest
 TIMEOUT_MS = 1000 * HANG_S
 expect.set_options(timeout=TIMEOUT_MS)
 DESKTOP = {"width": 1440, "height": 900}
