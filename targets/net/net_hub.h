@@ -154,7 +154,7 @@ struct net_hub {
     uint8_t inside_hand;       /* of `inside`, the pendant's, which are answered first */
     bool hand_parked;          /* ... it began in a parked hold: it ends when its lines are answered */
     bool others_first;         /* a pendant has had its turn, and others wait */
-    bool sender_lost; /* in a pendant's turn, whose motion goes on: the controller learns it after it */
+    bool sender_lost; /* in a pendant's turn, whose motion continues: the controller learns it after it */
     struct net_client *operators; /* the newest line of a parked hold's operator was this pendant's */
     uint64_t owner_peer;   /* address of the owner or of the last one, whom a place is kept for; 0: none */
     uint32_t now_us;       /* of the last net_hub_tick() */

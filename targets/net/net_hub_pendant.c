@@ -165,9 +165,16 @@ static void take_character(struct net_hub *hub, struct net_client *client, uint8
         client->gone = true;
 }
 
+/* A letter of UTF-8 or noise, which makes the line unreadable: no pendant gives control in mid-line. */
+static bool is_in_line(const struct net_client *client) {
+    return client->in.count > client->whole || client->garbled || client->skips;
+}
+
 void net_hub_take_pendant(struct net_hub *hub, struct net_client *client, uint8_t byte) {
     if (!net_line_is_realtime(byte))
         take_character(hub, client, byte);
+    else if (byte == MPG_TOGGLE && is_in_line(client))
+        client->garbled = true;
     else if (byte == MPG_TOGGLE)
         toggle_mpg(hub, client);
     else

@@ -284,7 +284,19 @@ static void two_pendants_have_their_own_answers(void) {
     CHECK(strcmp(wires[PENDANT].out, "[GC:G0]\r\nok\r\n") == 0);
 }
 
+/* Of a letter of UTF-8, or noise. */
+static void mpg_in_a_line_takes_no_control(void) {
+    begin_with(NET_PENDANT_TERMINAL);
+    send(PENDANT, "$J=G91X1F100 (\xc3\x8b)\n");
+    CHECK(!hub.mpg && strstr(got, "$J") == NULL);
+    CHECK(strstr(wires[PENDANT].out, "unreadable") != NULL &&
+          strstr(wires[PENDANT].out, "error:11\r\n") != NULL);
+    send(PENDANT, "\x8b");
+    CHECK(hub.mpg);
+}
+
 int main(void) {
+    mpg_in_a_line_takes_no_control();
     a_new_owner_gets_its_first_answer();
     a_turn_in_a_parked_hold_ends_with_the_hold();
     it_vanishes_while_it_jogs_in_a_parked_hold();
