@@ -110,6 +110,11 @@
     X(193, VFD_IN_USE,                                                                                       \
       "$374, $375, $395, $460 to $471, $681 change only while the spindle is off: M5 first")                 \
     X(194, DRIVER_FAULT, "a motor driver or servo reports a fault (Pn:M): correct it first, or $744, $745")  \
+    X(195, NO_DRIVER, "$140 ..: this axis has no driver with registers ([driver.x]): wificnc boards show")   \
+    X(196, DRIVER_CURRENT, "$140 ..: more than the sense resistor of this driver allows: $DRIVERS shows it") \
+    X(197, MICROSTEPS, "$150 ..: microsteps are 1, 2, 4, 8, 16, 32, 64, 128 or 256")                         \
+    X(198, STALL_SLOW, "StallGuard homing ($250 ..) needs $24, $25 and $110 .. at $260 .. or faster")        \
+    X(199, NO_STALL, "StallGuard homing needs a current ($140 ..), and DIAG wired to the limit input")       \
     /* end of the table */
 
 enum status {

@@ -120,6 +120,19 @@ struct hal_bus {
     size_t (*receive)(struct hal *hal, uint8_t *bytes, size_t size);
 };
 
+/** The UART or SPI of motor drivers with registers, all of them on this one bus. A machine without it has
+ * none of this.
+ *
+ * On a UART there is one wire: what is sent may come back before the answer. By SPI (mode 3, high byte first)
+ * as many bytes come back as are sent, when all of them are there, and the select line is low meanwhile. */
+struct hal_driver_bus {
+    /** [task] What was received before is dropped; begin to send. The bytes are copied; at most 30, and not
+     * while others are being sent. @param select  which driver or chain, of those with lines of their own */
+    void (*send)(struct hal *hal, uint8_t select, const uint8_t *bytes, size_t count);
+    /** [task] @return bytes that have come since, at most size, without waiting */
+    size_t (*receive)(struct hal *hal, uint8_t *bytes, size_t size);
+};
+
 /** A square wave that keeps a safety relay closed. It ends some 20 ms after the motion side was polled for
  * the last time, so that a program that hangs opens the relay. A machine without it has none of this. */
 struct hal_pump {

@@ -7,6 +7,7 @@
 #include "machine/answer.h"
 #include "machine/auto_report.h"
 #include "machine/compute.h"
+#include "machine/driver_list.h"
 #include "machine/jog.h"
 #include "machine/list.h"
 #include "machine/notice.h"
@@ -67,6 +68,13 @@ static enum status show_build(struct machine *machine, const char *rest) {
 static enum status show_spindles(struct machine *machine, const char *rest) {
     (void)rest;
     list_spindles(machine);
+    return STATUS_OK;
+}
+
+/* cppcheck-suppress constParameterCallback ; the type of commands is fixed */
+static enum status show_drivers(struct machine *machine, const char *rest) {
+    (void)rest;
+    driver_list(machine);
     return STATUS_OK;
 }
 
@@ -263,6 +271,7 @@ static const struct command commands[] = {
     {"RI=", true, ACTION_ASK, auto_report_set},
     {"SLP", false, ACTION_COMMAND, sleep},
     {"SPINDLES", false, ACTION_LIST_STORED, show_spindles},
+    {"DRIVERS", false, ACTION_ASK, show_drivers},
     {"RST=", true, ACTION_COMMAND, restore},
     {"I=", true, ACTION_STORE, store_info},
     {"N", true, ACTION_STARTUP_LINE, startup_line},

@@ -2,6 +2,7 @@
  * Fault outputs of motor drivers and servos. */
 #include "machine/faults.h"
 
+#include "machine/motor_drivers.h"
 #include "machine/parts.h"
 #include "machine/place.h"
 #include "machine/reset.h"
@@ -34,14 +35,14 @@ static void filter_lines(struct machine *machine) {
 }
 
 bool faults_any(const struct machine *machine) {
-    return machine->faults.active != 0;
+    return machine->faults.active != 0 || motor_drivers_is_faulty(machine);
 }
 
 bool faults_poll(struct machine *machine) {
     const enum machine_state state = machine->life.state;
     filter_lines(machine);
-    if (!faults_any(machine) || machine->life.critical || machine->life.restart || state == MACHINE_ALARM ||
-        state == MACHINE_SLEEP) /* drivers without current may say anything */
+    if (machine->faults.active == 0 || machine->life.critical || machine->life.restart ||
+        state == MACHINE_ALARM || state == MACHINE_SLEEP) /* drivers without current may say anything */
         return false;
     reset_alarm(machine, ALARM_DRIVER_FAULT);
     /* At rest, too: a motor without current may have been moved. */
@@ -58,8 +59,9 @@ void faults_report(struct machine *machine) {
         text_int(&machine->out, (int32_t)line);
         before = " P";
     }
-    if (faults_any(machine))
+    if (machine->faults.active != 0)
         text_string(&machine->out, "]\r\n");
+    motor_drivers_tell_again(machine);
 }
 
 uint32_t faults_wait_us(const struct machine *machine) {

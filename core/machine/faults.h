@@ -21,7 +21,7 @@ void faults_begin(struct machine *machine);
 /** Stop with alarm 54 when a fault is new. @return true when that was done */
 bool faults_poll(struct machine *machine);
 
-/** A driver has a fault now. */
+/** A driver has a fault now, at an input or in its registers. */
 bool faults_any(const struct machine *machine);
 
 /** [MSG:Check motor drivers: ..], if a driver has a fault. */

@@ -12,6 +12,7 @@
 #include "machine/axes.h"
 #include "machine/drive.h"
 #include "machine/inputs.h"
+#include "machine/motor_drivers.h"
 #include "machine/motors.h"
 #include "machine/overrides.h"
 #include "machine/parts.h"
@@ -190,6 +191,9 @@ enum refusal homing_begin(struct machine *machine, axis_mask_t asked) {
         return REFUSAL_PULL_OFF;
     if (racks(machine, asked))
         return REFUSAL_RACKS;
+    const enum refusal refusal = motor_drivers_check_homing(machine, asked);
+    if (refusal != REFUSAL_NONE)
+        return refusal;
     motors_release(machine);
     *homing = (struct homing){.asked = asked, .all = all, .locked = machine->life.state == MACHINE_ALARM};
     /* From here on, whatever ends homing: where the axes are is known again only in

@@ -5,12 +5,14 @@
 #include "machine/auto_report.h"
 #include "machine/configure.h"
 #include "machine/drive.h"
+#include "machine/driver_watch.h"
 #include "machine/faults.h"
 #include "machine/guard.h"
 #include "machine/host.h"
 #include "machine/inputs.h"
 #include "machine/lines.h"
 #include "machine/motor_current.h"
+#include "machine/motor_drivers.h"
 #include "machine/motors.h"
 #include "machine/outputs.h"
 #include "machine/overrides.h"
@@ -90,6 +92,9 @@ uint32_t machine_event_us(const struct machine *machine) {
     uint32_t run_up = run_up_wait_us(machine);
     uint32_t vfd = vfd_spindle_event_us(machine);
     uint32_t faults = faults_wait_us(machine);
+    uint32_t drivers = motor_drivers_event_us(machine);
+    if (drivers < least)
+        least = drivers;
     if (faults < least)
         least = faults;
     if (run_up < least)
@@ -107,7 +112,9 @@ uint32_t machine_event_us(const struct machine *machine) {
 
 uint32_t machine_wait_us(const struct machine *machine) {
     const uint32_t event_us = machine_event_us(machine), vfd_us = vfd_spindle_wait_us(machine);
-    const uint32_t report_us = auto_report_wait_us(machine), least_us = event_us < vfd_us ? event_us : vfd_us;
+    const uint32_t report_us = auto_report_wait_us(machine), drivers_us = motor_drivers_wait_us(machine);
+    const uint32_t bus_us = vfd_us < drivers_us ? vfd_us : drivers_us;
+    const uint32_t least_us = event_us < bus_us ? event_us : bus_us;
     return report_us < least_us ? report_us : least_us;
 }
 
@@ -146,6 +153,7 @@ bool machine_poll(struct machine *machine) {
     bool any = ahead_take_answer(&machine->drive.motion.ahead);
     any |= guard_poll(machine);
     any |= vfd_spindle_poll(machine);
+    any |= motor_drivers_talk(machine);
     if (timer_poll(machine))
         return any;
     reset_tell_way_out(machine);
@@ -165,10 +173,12 @@ bool machine_poll(struct machine *machine) {
     any |= lines_poll(machine);
     outputs_poll(machine);
     any |= vfd_watch_poll(machine);
+    any |= driver_watch_poll(machine);
     if (machine->life.critical)
         return any;
     any |= host_poll(machine);
-    any |= motion_poll(&machine->drive.motion, hal_time_us(machine->hal));
+    if (!motor_drivers_holds(machine))
+        any |= motion_poll(&machine->drive.motion, hal_time_us(machine->hal));
     tell_late(machine);
     motor_current_poll(machine);
     servo_poll(machine);

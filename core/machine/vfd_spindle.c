@@ -43,7 +43,7 @@ void vfd_spindle_configure(struct machine *machine) {
     const struct vfd_config config = config_of(machine);
     if (memcmp(&config, &vfd->drive.config, sizeof config) == 0)
         return;
-    vfd->lost_told = vfd->stops = false;
+    vfd->lost_told = vfd->trip.on = false;
     if (!vfd_configure(&vfd->drive, machine->hal, machine->board.bus, &config, hal_time_us(machine->hal)))
         text_string(&machine->out,
                     "[MSG:The RS-485 bus of this board does not have this format: $374, $681]\r\n");

@@ -5,15 +5,14 @@
 #define WIFICNC_MACHINE_VFD_SPINDLE_H
 
 #include "machine/machine.h"
-#include "machine/timer.h"
+#include "machine/trip.h"
 #include "spindle/vfd.h"
 
 /** The drive, and what was reported of it. The target supplies it where it supplies a bus. */
 struct machine_vfd {
     struct vfd drive;
-    bool lost_told;             /* that it does not answer */
-    bool stops;                 /* motion is being stopped, and the alarm follows */
-    struct machine_timer limit; /* ... at the end of this at the latest */
+    bool lost_told; /* that it does not answer */
+    struct machine_trip trip;
 };
 
 /** The spindle is a drive, and the board has a bus. */

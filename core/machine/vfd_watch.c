@@ -2,17 +2,10 @@
  * A spindle drive that does not answer. */
 #include "machine/vfd_watch.h"
 
-#include "machine/drive.h"
-#include "machine/jog.h"
 #include "machine/parts.h"
 #include "machine/report.h"
-#include "machine/reset.h"
-#include "machine/suspend.h"
-#include "machine/timer.h"
+#include "machine/trip.h"
 #include "machine/vfd_spindle.h"
-
-/* A feed hold takes less, unless the tool is in a thread. Then the alarm ends motion without a ramp. */
-#define STOP_US 10000000u
 
 /* What to look at, by what was received. */
 static void report_cause(const struct machine *machine, const struct vfd *drive) {
@@ -54,44 +47,14 @@ static bool tell(struct machine *machine, struct machine_vfd *vfd) {
     return false;
 }
 
-/* In an alarm and asleep nothing moves, and the spindle is off already as far as the controller can. */
-static bool may_alarm(const struct machine *machine) {
-    return machine->life.state != MACHINE_ALARM && machine->life.state != MACHINE_SLEEP &&
-           !machine->life.restart;
-}
-
-/* `~` does not resume meanwhile, and a jog that follows does not begin. */
-static void stop_motion(struct machine *machine) {
-    const enum machine_state state = machine->life.state;
-    if (state == MACHINE_RUN || state == MACHINE_IDLE)
-        suspend_force_hold(machine);
-    else if (state == MACHINE_JOG && !machine->suspend.cancels)
-        jog_cancel(machine);
-    else if (machine->park.open)
-        park_stop(machine);
-}
-
-static bool is_stopped(const struct machine *machine) {
-    return machine->life.state == MACHINE_HOME || (drive_is_stopped(machine) && !machine->suspend.cancels);
-}
-
 bool vfd_watch_poll(struct machine *machine) {
     struct machine_vfd *vfd = machine->board.vfd;
     if (!vfd_spindle_is_chosen(machine))
         return false;
     const bool told = tell(machine, vfd);
-    if (!vfd->drive.tripped || !may_alarm(machine)) {
-        vfd->stops = false;
+    if (!vfd->drive.tripped || !trip_may(machine)) {
+        vfd->trip.on = false;
         return told;
     }
-    if (!vfd->stops)
-        timer_start(machine, &vfd->limit, STOP_US);
-    vfd->stops = true;
-    if (!is_stopped(machine) && timer_runs(machine, &vfd->limit)) {
-        stop_motion(machine);
-        return told;
-    }
-    vfd->stops = false;
-    reset_alarm(machine, ALARM_VFD);
-    return true;
+    return trip_poll(machine, &vfd->trip, ALARM_VFD) || told;
 }

@@ -2,6 +2,7 @@
 #include "machine/wiring.h"
 
 #include "machine/interp.h"
+#include "machine/motor_drivers.h"
 #include "machine/parts.h"
 #include "machine/pump.h"
 #include "machine/report.h"
@@ -53,6 +54,11 @@ static bool is_second_motor(uint16_t number) {
     return number >= SETTING_SECOND_MOTOR && number < (uint16_t)SETTING_SECOND_MOTOR + (uint16_t)AXIS_COUNT;
 }
 
+static bool is_current(uint16_t number) {
+    return number >= SETTING_DRIVER_CURRENT_MA &&
+           number < (uint16_t)SETTING_DRIVER_CURRENT_MA + (uint16_t)AXIS_COUNT;
+}
+
 static enum status check_spindle(const struct machine *machine, double number) {
     if (machine->board.vfd == NULL)
         return STATUS_NO_SPINDLE_BUS;
@@ -70,6 +76,8 @@ enum status wiring_check(const struct machine *machine, uint16_t number, double 
     /* Off needs nothing; and a number below 1 is 0 in a whole setting. */
     if (value < 1.0)
         return STATUS_OK;
+    if (is_current(number))
+        return motor_drivers_check_current(machine, number - SETTING_DRIVER_CURRENT_MA, value);
     if (is_second_motor(number))
         return check_second(machine, number - SETTING_SECOND_MOTOR, value - 1.0, machine->board.axis_count);
     switch (number) {

@@ -117,6 +117,15 @@ static enum status curve_check(const struct settings *settings) {
     return ascends ? STATUS_OK : STATUS_LASER_CURVE;
 }
 
+static bool is_per_axis(uint16_t number, uint16_t first) {
+    return number >= first && number - first < AXIS_COUNT;
+}
+
+static bool is_power_of_two(double value) {
+    const uint32_t whole = (uint32_t)value;
+    return (whole & (whole - 1U)) == 0;
+}
+
 enum status settings_set(struct settings *settings, uint16_t number, double value, uint8_t axis_count) {
     const struct setting_row *row = row_find(number, axis_count);
     if (row == NULL) {
@@ -126,6 +135,9 @@ enum status settings_set(struct settings *settings, uint16_t number, double valu
     const enum status status = row_check(row, value, &kept);
     if (status != STATUS_OK) {
         return status;
+    }
+    if (is_per_axis(number, SETTING_DRIVER_MICROSTEPS) && !is_power_of_two((double)kept)) {
+        return STATUS_MICROSTEPS;
     }
     /* A copy, so that a rule between settings can refuse the value and nothing has changed. */
     struct settings next = *settings;

@@ -32,6 +32,7 @@ void settings_defaults(struct settings *settings);
  *          STATUS_LASER_LEAVES_ON          $32=1 with $34 above 0
  *          STATUS_PWM_RANGE                $35 not 1 below $36
  *          STATUS_LASER_CURVE              $94 to $97 would not ascend
+ *          STATUS_MICROSTEPS               $150 .. is no power of two
  *          STATUS_BAD_NUMBER               out of range in any other way; NaN, infinity */
 enum status settings_set(struct settings *settings, uint16_t number, double value, uint8_t axis_count);
 

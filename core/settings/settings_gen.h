@@ -154,6 +154,10 @@ struct settings {
     float acceleration_mm_s2[AXIS_COUNT];
     /** $130..$135 [mm] 0..100000: Travel from end to end; 0 = no limit (a rotary axis), no soft limits. */
     float max_travel_mm[AXIS_COUNT];
+    /** $140..$145 [mA] 0..20000: Motor current (rms) of a driver with registers; 0 = they are not written. */
+    uint16_t driver_current_ma[AXIS_COUNT];
+    /** $150..$155 1..256: Microsteps of a driver with registers: 1, 2, 4 .. 256. */
+    uint16_t driver_microsteps[AXIS_COUNT];
     /** $170..$175 0..4: Input shaper against vibration: 0 off, 1 ZV, 2 MZV, 3 EI, 4 two-hump EI. */
     uint8_t shaper[AXIS_COUNT];
     /** $180..$185 [Hz] 5..200: Frequency of the vibration that the axis' shaper cancels. */
@@ -166,6 +170,16 @@ struct settings {
     uint8_t one_switch_mask;
     /** $210..$215 0..6: Second motor: driver of Y=2 Z=3 A=4 B=5 C=6, gone as an axis; 0 = as the board. */
     uint8_t second_motor[AXIS_COUNT];
+    /** $220..$225 [%] 0..100: Current of the motor at rest, of $140. */
+    uint8_t driver_hold_pct[AXIS_COUNT];
+    /** $230..$235 [mm/min] 0..65535: stealthChop below this speed, else spreadCycle. 65535: always. */
+    uint16_t driver_stealth_mm_min[AXIS_COUNT];
+    /** $240..$245 0..15: Driver: coolStep, less current at light load: 0 off, 1..15 load where it rises. */
+    uint8_t driver_coolstep[AXIS_COUNT];
+    /** $250..$255 0..255: Homing by StallGuard instead of a switch: its sensitivity; 0 = by switch. */
+    uint8_t driver_stall[AXIS_COUNT];
+    /** $260..$265 [mm/min] 0..65535: Slowest speed for StallGuard; 0 = half a turn of the motor a second. */
+    uint16_t driver_stall_mm_min[AXIS_COUNT];
     /** $340 [%] 0..50: With an encoder or drive, the program waits until S is within this; 0 = off. */
     uint8_t at_speed_pct;
     /** $341 0..4: M6: 0 pauses, 1 lifts Z, 2 also goes to G59.3, 3 measures there at ~, 4 notes T only. */
@@ -220,6 +234,8 @@ struct settings {
     uint8_t fault_inputs;
     /** $745 0..255: Of the inputs of $744, those that are low in a fault (a broken cable is one, too). */
     uint8_t fault_invert;
+    /** $746 0..2: Fault in a driver with registers: 0 message, 1 feed hold, 2 feed hold, then alarm 54. */
+    uint8_t driver_fault;
 };
 
 /** $N of each setting. A per-axis one is X's, the others follow: SETTING_MAX_RATE_MM_MIN + axis. */
@@ -295,12 +311,19 @@ enum setting_number {
     SETTING_MAX_RATE_MM_MIN = 110,
     SETTING_ACCELERATION_MM_S2 = 120,
     SETTING_MAX_TRAVEL_MM = 130,
+    SETTING_DRIVER_CURRENT_MA = 140,
+    SETTING_DRIVER_MICROSTEPS = 150,
     SETTING_SHAPER = 170,
     SETTING_SHAPER_HZ = 180,
     SETTING_SHAPER_DAMPING = 190,
     SETTING_SECOND_PULL_OFF_MM = 200,
     SETTING_ONE_SWITCH_MASK = 206,
     SETTING_SECOND_MOTOR = 210,
+    SETTING_DRIVER_HOLD_PCT = 220,
+    SETTING_DRIVER_STEALTH_MM_MIN = 230,
+    SETTING_DRIVER_COOLSTEP = 240,
+    SETTING_DRIVER_STALL = 250,
+    SETTING_DRIVER_STALL_MM_MIN = 260,
     SETTING_AT_SPEED_PCT = 340,
     SETTING_TOOL_CHANGE = 341,
     SETTING_TOOL_PROBE_DISTANCE_MM = 342,
@@ -328,6 +351,7 @@ enum setting_number {
     SETTING_VFD_PARITY = 681,
     SETTING_FAULT_INPUTS = 744,
     SETTING_FAULT_INVERT = 745,
+    SETTING_DRIVER_FAULT = 746,
 };
 
 /** What follows from a setting: the column `affects`. */
@@ -342,12 +366,13 @@ enum setting_effect {
     SETTING_AFFECTS_HOMING = 0x080,
     SETTING_AFFECTS_REPORTS = 0x100,
     SETTING_AFFECTS_HOST = 0x200,
+    SETTING_AFFECTS_DRIVERS = 0x400,
 };
 
 /** Rows of the table (a per-axis row stands for six settings), and settings in all on six axes. */
-enum { SETTINGS_ROW_COUNT = 104, SETTINGS_COUNT = 149 };
+enum { SETTINGS_ROW_COUNT = 112, SETTINGS_COUNT = 192 };
 
 /** The greatest N of $N. */
-enum { SETTINGS_NUMBER_MAX = 745 };
+enum { SETTINGS_NUMBER_MAX = 746 };
 
 #endif

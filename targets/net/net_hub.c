@@ -458,8 +458,8 @@ static bool feed_owner(struct net_hub *hub, struct net_client *owner) {
 }
 
 bool net_hub_feed(struct net_hub *hub) {
-    const bool pendants = net_hub_feed_pendants(hub);
-    if (net_hub_waits_for_pendant(hub))
+    const bool pendants = hub->has_pendants && net_hub_feed_pendants(hub);
+    if (hub->has_pendants && net_hub_waits_for_pendant(hub))
         return pendants;
     bool fed = hub->left.count > 0 ? feed_left(hub) : hub->owner != NULL && feed_owner(hub, hub->owner);
     hub->others_first = false;

@@ -149,6 +149,7 @@ struct net_hub {
     struct net_client client[NET_CLIENTS];
     struct net_client *owner;  /* NULL: no one */
     struct net_client *sender; /* it answers for what runs; NULL: no one does */
+    bool has_pendants;         /* one has come since the start: only then is any looked for */
     struct net_client *hand;   /* the pendant whose turn it is: lines of others wait; NULL: no one's */
     bool mpg;                  /* ... by 0x8B, until it gives control back: lines of others are refused */
     uint8_t inside_hand;       /* of `inside`, the pendant's, which are answered first */

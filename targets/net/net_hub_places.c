@@ -159,6 +159,7 @@ bool net_hub_connect(struct net_hub *hub, const struct net_stream *stream, const
                                   .opened = !stream->telnet,
                                   .heard_us = hub->now_us,
                                   .came_us = hub->now_us};
+    hub->has_pendants |= net_hub_is_pendant(client);
     snprintf(client->name, sizeof client->name, "%s", name);
     hub->ops->event(hub->ctx, "connected", name);
     if (client->locked)

@@ -29,8 +29,12 @@ bool net_hub_toggle_reports(const struct net_hub *hub, struct net_client *client
 /* The line as the controller would read it: without blanks and control characters, in letters of any case.
  * One that does not fit is no number. @return what follows `$RI=`; NULL: it is another line */
 static const char *interval_text(const char *line, size_t size, char text[INTERVAL_TEXT_SIZE]) {
-    size_t count = 0;
-    for (size_t i = 0; i < size && count < INTERVAL_TEXT_SIZE - 1; i++)
+    size_t count = 0, begin = 0;
+    while (begin < size && (uint8_t)line[begin] <= ' ')
+        begin++;
+    if (begin == size || line[begin] != interval_line[0])
+        return NULL;
+    for (size_t i = begin; i < size && count < INTERVAL_TEXT_SIZE - 1; i++)
         if ((uint8_t)line[i] > ' ')
             text[count++] = (char)net_line_upper(line[i]);
     text[count] = '\0';

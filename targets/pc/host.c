@@ -94,6 +94,13 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
     return host;
 }
 
+static bool has_drivers(const struct host_board *board) {
+    bool any = false;
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        any |= board->driver[ax] != 0;
+    return any;
+}
+
 struct host *host_open_stored(const struct host_board *board, const struct hal_store *store,
                               const void *store_ctx) {
     if (!board_is_possible(board))
@@ -124,12 +131,14 @@ struct host *host_open_stored(const struct host_board *board, const struct hal_s
         .servo = (board->missing_outputs & BOARD_OUTPUT_SERVO) == 0 ? &host_servo : NULL,
         .bus = board->spindle_bus != 0 ? &host_bus : NULL,
         .vfd = board->spindle_bus != 0 ? &host->vfd : NULL,
+        .drivers = has_drivers(board) ? &host->drivers : NULL,
         .analog = board->analog != 0 ? &host_analog : NULL,
         .ganged = &host->hal.ganged,
         .store = store,
         .store_ctx = store_ctx,
     };
     const struct text_out out = {.write = append_out, .ctx = host};
+    host_drivers_init(host, board->driver);
     host->input_follows = 1;
     host->hal.ganged = host_ganged(board);
     host->hal.pump = (struct hal_pump){.default_hz = board->pump_hz,
@@ -347,6 +356,7 @@ static uint64_t next_cause_ticks(struct host *host, bool waits) {
     uint64_t next = earlier(host_next_edge_ticks(host), wake_ticks(host, waits));
     next = earlier(next, outputs_next_ticks(&host->hal, false));
     next = earlier(next, host_bus_next_ticks(&host->hal));
+    next = earlier(next, host_drivers_next_ticks(&host->hal));
     if (host->waiting_count > 0)
         next = earlier(next, tasks_stalled_until(&host->tasks, HOST_READER, host->hal.step.now_ticks));
     return next;

@@ -131,8 +131,13 @@ static bool end_switch_time(struct host *host) {
 bool host_follow_edges(struct host *host) {
     bool changed = false;
     struct virtual_machine *machine = &host->hal.virtual_machine;
-    for (; host->seen != host->hal.step.write; host->seen++)
+    for (; host->seen != host->hal.step.write; host->seen++) {
+        if (host->hal.drivers.count > 0) {
+            host_drivers_step(&host->hal, host->seen->step_mask, host->seen->dir_mask, host->seen->t_ticks);
+            machine->blind = host_drivers_blind(&host->hal);
+        }
         changed |= machine->follows && virtual_step(machine, host->seen->step_mask, host->seen->dir_mask);
+    }
     changed |= virtual_events(machine, host->hal.step.now_ticks);
     if (changed)
         levels_changed(host);

@@ -7,6 +7,8 @@
 #include "hal/hal_step.h"
 #include "host.h"
 #include "host_bus.h"
+#include "host_drivers.h"
+#include "machine/motor_drivers.h"
 #include "machine/parts.h"
 #include "machine/vfd_spindle.h"
 #include "output_log.h"
@@ -28,6 +30,7 @@ struct hal {
     struct hal_ganged ganged;
     struct hal_pump pump;
     struct host_bus bus;
+    struct host_drivers drivers;
     uint16_t switchless;             /* as in struct host_board */
     const struct settings *settings; /* $88: counts of the encoder, unless hands say otherwise */
     uint64_t switch_ticks;           /* when the switch timer's time is over; UINT64_MAX: it rests */
@@ -48,6 +51,7 @@ struct host {
     struct host_observer observer;
     struct hal hal;
     struct machine_vfd vfd;
+    struct machine_drivers drivers;
     struct trace trace;
     struct tasks tasks;
     char waiting[WAITING_SIZE]; /* bytes that arrived while the reader was stalled */

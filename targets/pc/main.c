@@ -103,6 +103,11 @@ static bool take_parts(struct host_board *board, const char *name, const char *v
     }
     if (strcmp(name, "--spindle-bus") == 0)
         return read_count(value, &board->spindle_bus);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        const char driver[] = {'-', '-', 'd', 'r', 'i', 'v', 'e', 'r', '-', "xyzabc"[ax], '\0'};
+        if (strcmp(name, driver) == 0)
+            return read_number(value, &board->driver[ax]);
+    }
     if (strcmp(name, "--pump-hz") == 0)
         return read_short(value, &board->pump_hz);
     if (strcmp(name, "--pump-clock-hz") == 0)
@@ -219,7 +224,7 @@ static bool take_option(struct serve_options *options, struct lines *lines, cons
         return add_line(lines->hands, value);
     } else {
         return strncmp(name, "--device", 8) == 0 || strncmp(name, "--pump", 6) == 0 ||
-                       strcmp(name, "--spindle-bus") == 0
+                       strncmp(name, "--driver-", 9) == 0 || strcmp(name, "--spindle-bus") == 0
                    ? take_parts(&options->board, name, value)
                    : take_board(&options->board, name, value);
     }

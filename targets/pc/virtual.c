@@ -22,6 +22,8 @@ static void axes_of(const struct virtual_machine *machine, const int32_t motors[
 static uint64_t switches_at(const struct virtual_machine *machine, const int32_t at[AXIS_COUNT]) {
     uint64_t hit = 0;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
+        if ((machine->blind >> ax & 1) != 0)
+            continue;
         if ((machine->has_low >> ax & 1) != 0 && at[ax] <= machine->low[ax])
             hit |= BIT(VIRTUAL_LIMIT_MIN + ax);
         if ((machine->has_high >> ax & 1) != 0 && at[ax] >= machine->high[ax])

@@ -19,6 +19,7 @@ from wificnc.sim.native import HostBoard, HostCounters, Tasks
 
 AXES = 6
 HZ = 20_000_000
+TMC5160 = 2  # enum tmc_kind
 HOST_IDLE, HOST_ROOM, HOST_BUDGET, HOST_TIME = range(4)
 HEARD = ctypes.create_string_buffer(65536)  # of one call
 BANNER = "\r\nGrbl 1.1h ['$' for help]\r\n"
@@ -47,6 +48,7 @@ class Grbl:
         pump: bool = False,
         spindle_bus: bool = False,  # with the drive that $395 names
         home: int = 0,  # axes with home switches of their own
+        drivers: bool = False,  # a TMC5160 on each axis, in a chain
         board: HostBoard | None = None,  # this one instead of all that
         tasks: Tasks = Tasks.FREE,
         checks: Checks = CHECKS,
@@ -68,6 +70,8 @@ class Grbl:
             spindle_bus=spindle_bus,
             **PUMP if pump else {},
         )
+        for axis in range(axes * drivers):
+            board.driver[axis] = TMC5160 | axis << 4 | axes << 12
         self._host = LIB.host_open(ctypes.byref(board), str(store).encode() if store else None)
         assert self._host
         self.monitor = Monitor(LIB, self._host, checks)

@@ -22,7 +22,7 @@ EVERYTHING = ("configure_apply", "outputs_apply", "motor_current_put_out")
 
 @pytest.fixture
 def machine() -> Iterator[Grbl]:
-    controller = Grbl(axes=6, encoder=True, pump=True, spindle_bus=True)
+    controller = Grbl(axes=6, encoder=True, pump=True, spindle_bus=True, drivers=True)
     controller.send("")
     yield controller
     controller.close()

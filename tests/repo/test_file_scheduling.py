@@ -54,7 +54,7 @@ def test_worker_that_ends_when_all_is_done_has_no_crash() -> None:
     assert other.sent == []
 
 
-def test_a_scope_is_a_file_but_a_folder_that_makes_a_release() -> None:
+def test_a_scope_is_a_file_or_a_folder_that_shares_what_it_makes() -> None:
     scheduler, _, _ = scheduling({})
     assert [scheduler._split_scope(test) for test in UNIT] == ["tests/a/test_x.py"] * 2 + ["tests/a/test_y.py"]
     of_a_release = [f"tests/release/test_{name}.py::test" for name in ("wheels", "installed")]

@@ -43,6 +43,7 @@ def field(settings: Settings, item: Numbered) -> float:
 
 # setting -> others and the values of them that allow any value of the first
 NEEDS = {20: [(22, 1)], 32: [(34, 0), (395, 0)], 34: [(32, 0)], 35: [(36, 100)], 36: [(35, 0)], 395: [(32, 0)]}
+MICROSTEPS = range(150, 156)  # powers of two
 LOWEST, HIGHEST = ({number: number - 94 + first for number in range(94, 98)} for first in (1, 96))
 for number in LOWEST:  # which ascend
     below, above = range(94, number), range(97, number, -1)
@@ -288,6 +289,8 @@ def test_homing_off_switches_soft_limits_off(settings: Settings) -> None:
 
 
 def in_range(item: Numbered) -> st.SearchStrategy[tuple[Numbered, float]]:
+    if item.number in MICROSTEPS:
+        return st.tuples(st.just(item), st.sampled_from([float(1 << power) for power in range(9)]))
     return st.tuples(st.just(item), st.floats(item.min, item.max))
 
 

@@ -1,4 +1,4 @@
-"""How tests are shared out to workers: whole files, and folders whose session makes what is not kept in build/."""
+"""How tests are shared out to workers: whole files, and whole folders whose tests share what they make."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from pathlib import PurePosixPath
 from xdist.scheduler import LoadScopeScheduling
 from xdist.workermanage import WorkerController
 
-WHOLE = {"tests/release"}  # one release of one repository for all of its tests
+# One release of one repository, and what compilers write in one place of build/.
+WHOLE = {f"tests/{name}" for name in ("build", "esp32", "mips", "pic32mz", "release", "xtensa")}
 
 
 class FileScheduling(LoadScopeScheduling):

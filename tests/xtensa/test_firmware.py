@@ -221,7 +221,7 @@ def test_the_vector_has_stack_enough(tools: Toolchain, chip: str) -> None:
 def test_headers_of_our_own_are_small() -> None:
     """They declare what is used; they are no copy of someone's."""
     lines = sum(len(path.read_text().splitlines()) for path in (ROOT / "targets/esp32/test/idf_api").rglob("*.h"))
-    assert lines < 1250
+    assert lines < 2000  # of some 100,000
 
 
 def test_ci_machines_without_a_compiler_say_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -12,9 +12,10 @@ from wificnc import __version__
 from wificnc.board.chip import is_shifted
 from wificnc.board.header import is_movable_to
 from wificnc.board.labels import label, notes
-from wificnc.board.model import Board, InputWire, OutputWire, Role, Use
+from wificnc.board.model import Board, Role, Use
 from wificnc.board.picture import ROLE_COLOURS
 from wificnc.board.rules import pin_findings
+from wificnc.board.wire import InputWire, OutputWire
 from wificnc.flash.plan import Partition
 from wificnc.link import realtime
 from wificnc.nvs.values import NAMESPACE

@@ -25,8 +25,9 @@ ALLOWED: dict[str, tuple[str, ...]] = {
     "step": ("segment", "hal"),
     "hal": (),
     "spindle": ("hal",),
+    "drivers": ("hal",),
     "settings": ("gcode/status.h", "hal"),
-    "machine": ("input", "gcode", "motion", "segment", "step", "hal", "settings", "spindle"),
+    "machine": ("input", "gcode", "motion", "segment", "step", "hal", "settings", "spindle", "drivers"),
     "session": ("access", "wire", "channels", "device", "machine", "segment", "settings", "gcode/status.h", "hal"),
 }
 

@@ -181,6 +181,34 @@ def relay() -> Sheet:
     return sheet
 
 
+def tmc() -> Sheet:
+    """Drivers with registers: one wire for all by UART, a chain by SPI."""
+    sheet = Sheet()
+    board = sheet.box((0, 4.2), (2.6, 2.4), "board, UART", right=["TX", "RX", "GND"])
+    first = sheet.box((7, 4.2), (2.6, 2.4), "TMC2209, address 0", left=["PDN_UART", "", "GND"])
+    second = sheet.box((11.4, 4.2), (2.6, 2.4), "TMC2209, address 1", left=["PDN_UART", "", "GND"])
+    bus, line = 5.6, board["RX"][1]
+    sheet.part(elm.Resistor(), (3.2, board["TX"][1]), (4.9, board["TX"][1]), "1 kOhm")
+    sheet.wire(board["TX"], (3.2, board["TX"][1]), colour=SIGNAL)
+    sheet.wire((4.9, board["TX"][1]), (bus, board["TX"][1]), (bus, line), colour=SIGNAL, ends="last")
+    sheet.wire(board["RX"], (bus, line), colour=SIGNAL)
+    for driver in (first, second):
+        at, pin = driver["PDN_UART"]
+        sheet.wire((bus, line), (bus, 3.7), (at - 0.7, 3.7), (at - 0.7, pin), (at, pin), colour=SIGNAL)
+    chain = sheet.box((0, 0), (2.6, 2.6), "board, SPI", right=["MOSI", "SCK, CS", "MISO"])
+    places = [
+        sheet.box((x, 0), (2.6, 2.6), f"TMC5160, place {n}", left=["SDI", "SCK, CSN", ""], right=["SDO", "", ""])
+        for n, x in enumerate((5.2, 10.2))
+    ]
+    sheet.wire(chain["MOSI"], places[0]["SDI"], colour=SIGNAL)
+    sheet.wire(places[0]["SDO"], places[1]["SDI"], colour=SIGNAL)
+    sheet.wire(chain["SCK, CS"], places[0]["SCK, CSN"], colour=SIGNAL)
+    end, row = places[1]["SDO"], -0.5
+    sheet.wire(end, (end[0] + 0.6, end[1]), (end[0] + 0.6, row), (3.4, row), (3.4, chain["MISO"][1]), chain["MISO"],
+               colour=SIGNAL)  # fmt: skip
+    return sheet
+
+
 def vfd() -> Sheet:
     """Speed by 0 to 10 V, on and direction by relays."""
     sheet = Sheet()
@@ -309,6 +337,7 @@ PICTURES: dict[str, Callable[[], Sheet]] = {
     "switch-opto": switch_opto,
     "sensor-npn": sensor_npn,
     "relay": relay,
+    "tmc": tmc,
     "vfd": vfd,
     "laser": laser,
     "gantry": gantry,

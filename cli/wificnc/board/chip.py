@@ -179,6 +179,7 @@ class ChipFile(Strict):
     pendant_uarts: dict[str, int] = {}  # that a pendant can have, as below
     spindle_uarts: dict[str, int] = {}  # that a spindle's drive can have, and the numbers the firmware gives them
     spindle_pins: dict[str, Annotated[tuple[str, ...], LooseTuple]] = {}  # of that bus, where the firmware fixes them
+    driver_uarts: dict[str, int] = {}  # that motor drivers can have, and the numbers the firmware gives them
     core: CoreSizes | None = None  # None: a PC
     firmware: Firmware | None = None
     platformio: PlatformIo | None = None

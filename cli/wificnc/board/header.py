@@ -45,8 +45,12 @@ BUS_SIGNALS = (
     *("i2so_bck", "i2so_data", "i2so_ws"),
     *("bus_tx", "bus_rx", "bus_de"),
     *("pendant_tx", "pendant_rx"),
+    *("driver_tx", "driver_rx", "driver_mosi", "driver_miso", "driver_sclk", "driver_cs"),
+    *(f"driver_cs_{letter}" for letter in AXIS_LETTERS.lower()),
 )
-BUSES = (Role.ETHERNET, Role.SERIAL, Role.I2SO, Role.SPINDLE_BUS, Role.PENDANT)
+# Pins that nothing moves and no table lists: they cost no memory of the firmware.
+FIXED_SIGNALS = tuple(signal for signal in BUS_SIGNALS if signal.startswith("driver_"))
+BUSES = (Role.ETHERNET, Role.SERIAL, Role.I2SO, Role.SPINDLE_BUS, Role.PENDANT, Role.DRIVER_BUS)
 
 
 @dataclass(frozen=True)
@@ -77,12 +81,13 @@ def pin_header_text(board: Board) -> str:
         step_grid_ns=step_grid_ns(board),
         numbering=NUMBERING[board.target],
         groups=[[_pin(board, signal) for signal in group] for group in signal_groups()],
-        signals=[[_signal(signal) for signal in group] for group in signal_groups()],
+        signals=[[_signal(signal) for signal in group if signal not in FIXED_SIGNALS] for group in signal_groups()],
         arrays=list(_arrays()),
         movable=list(_movable(board)),
         tables=_tables(board),
         masks=list(_masks(board)),
         led_kind=LED_KINDS[board.led.kind] if board.led else "BOARD_LED_NONE",
+        driver_rows=" ".join(f"X({', '.join(map(str, row))})" for row in board.driver_rows),
         pin_keys=[_pin_key_row(row) for row in pin_keys(board)],
     )
 

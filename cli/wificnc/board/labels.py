@@ -37,10 +37,16 @@ _WORDS = {
     "bus_de": "RS-485 driver enable",
     "pendant_tx": "to the pendant",
     "pendant_rx": "from the pendant",
+    "driver_tx": "Drivers UART TX",
+    "driver_rx": "Drivers UART RX",
+    "driver_mosi": "Drivers SPI MOSI",
+    "driver_miso": "Drivers SPI MISO",
+    "driver_sclk": "Drivers SPI clock",
+    "driver_cs": "Drivers SPI select",
     "led": "status LED",
 }
 SECOND_PULL_OFF = load_settings()["second_pull_off_mm"].number  # of X
-_BUSES = (Role.ETHERNET, Role.SERIAL, Role.I2SO, Role.SPINDLE_BUS, Role.PENDANT, Role.LED)
+_BUSES = (Role.ETHERNET, Role.SERIAL, Role.I2SO, Role.SPINDLE_BUS, Role.PENDANT, Role.DRIVER_BUS, Role.LED)
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field
 
+from wificnc.board.buses import DriverBus, Drivers, Ethernet, Pendant, Serial, SpindleBus
 from wificnc.board.chip import Chip, Level, LooseTuple, Pull, Strict
+from wificnc.board.wire import InputWire, OutputWire, Reason, Wire
 from wificnc.checked.problem import KeyPath, key_text
 
 AXIS_LETTERS = "XYZABC"
@@ -18,35 +20,6 @@ AXES_MAX = len(AXIS_LETTERS)
 MISC_OUT_MAX = 5
 MISC_IN_MAX = 8
 ENCODER_FILTER_NS = {"esp32": 500}  # a pulse counter at 1 MHz of counts
-
-Reason = Annotated[str, Field(min_length=10)]
-
-
-class Wire(Strict):
-    """A pin and how it is used. In the file also just its name: step = "GPIO1"."""
-
-    pin: str = Field(description="the pin as the chip's table names it")
-    allow: dict[str, Reason] = Field(
-        default={}, description="rules this use may break, each with the reason why it is safe"
-    )
-
-    @model_validator(mode="before")
-    @classmethod
-    def _from_name(cls, value: Any) -> Any:
-        return {"pin": value} if isinstance(value, str) else value
-
-
-class OutputWire(Wire):
-    """A pin the board drives."""
-
-    active: Level = Field(default="high", description="the level that switches the thing on")
-
-
-class InputWire(Wire):
-    """A pin the board reads."""
-
-    active: Level = Field(default="low", description="the level that means triggered")
-    pull: Pull = Field(default="up", description="the chip's own pull resistor")
 
 
 class Memory(Strict):
@@ -172,50 +145,6 @@ class Led(Strict):
     pin: OutputWire
 
 
-class Ethernet(Strict):
-    """W5500 on SPI. Without `cs` its SCSn is tied to ground."""
-
-    chip: Literal["w5500"]
-    spi_host: str
-    mosi: OutputWire
-    miso: InputWire
-    sclk: OutputWire
-    int: InputWire
-    cs: OutputWire | None = None
-
-
-class Serial(Strict):
-    """The console where the chip does not fix its pins."""
-
-    tx: OutputWire
-    rx: InputWire
-
-
-class SpindleBus(Strict):
-    """RS-485 for a spindle drive: a UART and a transceiver, with the drive at the other end."""
-
-    uart: str = Field(description="UART of the chip, such as UART2")
-    tx: OutputWire = Field(description="data to the transceiver, DI")
-    rx: InputWire = Field(description="data from the transceiver, RO")
-    de: OutputWire | None = Field(
-        default=None,
-        description="driver enable, DE and RE tied together; left out for a transceiver that switches by itself",
-    )
-
-
-class Pendant(Strict):
-    """A UART for a pendant at the machine: docs/pendant.md."""
-
-    uart: str = Field(description="UART of the chip, such as UART1")
-    tx: OutputWire = Field(description="to the pendant's RX")
-    rx: InputWire = Field(description="from the pendant's TX")
-    baud: int = Field(default=115_200, ge=9_600, le=1_000_000, description="115200; FluidDial has 1000000")
-    kind: Literal["terminal", "mpg"] = Field(
-        default="terminal",
-        description="terminal: its lines are read whenever nothing runs; mpg: only after its byte 0x8B took control",
-    )
-
-
 class ShiftRegisters(Strict):
     """A chain of 74HC595 at the I2S peripheral: its outputs are the pins I2SO.0, I2SO.1 and so on."""
 
@@ -271,6 +200,8 @@ class BoardFile(Strict):
     serial: Serial | None = None
     spindle_bus: SpindleBus | None = None
     pendant: Pendant | None = None
+    driver_bus: DriverBus | None = None
+    driver: Drivers = Drivers()
     i2so: ShiftRegisters | None = None
     note: Annotated[tuple[str, ...], LooseTuple] = Field(default=(), description="notes for the user before wiring")
     header: Annotated[tuple[Header, ...], LooseTuple] = ()
@@ -310,6 +241,7 @@ class Role(Enum):
     I2SO = "shift registers"
     SPINDLE_BUS = "spindle bus"
     PENDANT = "pendant"
+    DRIVER_BUS = "driver bus"
 
 
 @dataclass(frozen=True)
@@ -456,6 +388,41 @@ class Board(BoardFile):
         return self.pins.pendant_uarts.get(self.pendant.uart, 0) if self.pendant else 0
 
     @property
+    def driver_bus_number(self) -> int:
+        """UART or SPI controller of the motor drivers; 0: no bus, or a virtual one."""
+        bus = self.driver_bus
+        if bus is None:
+            return 0
+        return self.pins.driver_uarts.get(bus.uart, 0) if bus.uart else self.pins.spi_hosts.get(bus.spi or "", 0)
+
+    @property
+    def driver_rows(self) -> tuple[tuple[int, ...], ...]:
+        """struct driver_wire of core/drivers/drivers.h: kind, axis, address or place, select, chain, mOhm, DIAG."""
+        named = self.driver.named()
+        chained = bool(self.driver_bus and self.driver_bus.cs)
+        selects = iter(range(len(named)))
+        return tuple(
+            (
+                driver.code,
+                "xyzabc".index(name),
+                (driver.address if driver.kind == "tmc2209" else driver.place) or 0,
+                next(selects) if driver.cs else 0,
+                len(named) if chained else 1,
+                driver.sense,
+                int(driver.diag),
+            )
+            for name, driver in named.items()
+        )
+
+    @property
+    def driver_codes(self) -> list[int]:
+        """The same as numbers for targets/pc/host_drivers.h, one per axis; 0: a plain driver."""
+        codes = [0] * AXES_MAX
+        for kind, axis, address, select, chain, _mohm, diag in self.driver_rows:
+            codes[axis] = kind | address << 4 | select << 8 | chain << 12 | diag << 16
+        return codes
+
+    @property
     def has_analog(self) -> bool:
         """Analog inputs and outputs of M66 .. M68: no chip's firmware has them, the PC's virtual machine has."""
         return self.target == "host"
@@ -495,6 +462,7 @@ _GROUPS = (
     ("i2so", "i2so", Role.I2SO, ("bck", "data", "ws")),
     ("spindle_bus", "bus", Role.SPINDLE_BUS, ("tx", "rx", "de")),
     ("pendant", "pendant", Role.PENDANT, ("tx", "rx")),
+    ("driver_bus", "driver", Role.DRIVER_BUS, ("tx", "rx", "mosi", "miso", "sclk", "cs")),
 )
 
 
@@ -517,6 +485,8 @@ def _uses(board: BoardFile) -> Iterator[Use]:
     for table, prefix, role, keys in _GROUPS:
         for key in keys:
             yield from _use(f"{prefix}_{key}", (table, key), role, getattr(getattr(board, table), key, None))
+    for name, driver in board.driver.named().items():
+        yield from _use(f"driver_cs_{name}", ("driver", name, "cs"), Role.DRIVER_BUS, driver.cs)
     if board.led:
         yield Use("led", ("led", "pin"), Role.LED, board.led.pin)
 

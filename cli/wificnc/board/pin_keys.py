@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 from functools import cache
 
 from wificnc.board.chip import is_shifted
-from wificnc.board.model import AXIS_LETTERS, Board, InputWire, OutputWire, Role, Use
+from wificnc.board.model import AXIS_LETTERS, Board, Role, Use
 from wificnc.board.rules import ALLOWABLE, pin_findings
+from wificnc.board.wire import InputWire, OutputWire
 from wificnc.protocol.nvs import PIN_NONE, load_nvs
 from wificnc.wmc3.keys import KEYS
 

@@ -40,6 +40,7 @@ RULES = {
     "charge-pump": "the chip's timer makes the frequency of the charge pump",
     "servo": "the firmware has an output for the RC servo",
     "pendant": "the firmware has the UART for a pendant, and nothing else uses it",
+    "drivers": "motor drivers with registers have a bus that reaches them, each its own place, DIAG a limit input",
     "spindle-bus": "the firmware has the UART for a spindle drive on RS-485",
     "spi-host": "the chip has the SPI host for Ethernet",
     "step-engine": "what makes the step pulses has a channel for every axis",

@@ -94,7 +94,7 @@ def _use(use: Use) -> Iterator[Finding]:
     if use.role in (Role.STEP, Role.DIR) and not is_shifted(use.pin):
         reason = f"{use.pin} is not an output of the shift registers, which show steps and directions together"
         yield Finding("shift-register", use.path, reason, "wire it to I2SO.n, or leave [step] engine out")
-    is_bus = use.role in (Role.ETHERNET, Role.SERIAL, Role.I2SO, Role.SPINDLE_BUS, Role.PENDANT)
+    is_bus = use.role in (Role.ETHERNET, Role.SERIAL, Role.I2SO, Role.SPINDLE_BUS, Role.PENDANT, Role.DRIVER_BUS)
     if is_shifted(use.pin) and (use.signal in NEEDS_A_PIN or (use.is_output and is_bus)):
         reason = f"{use.pin} changes with a word of the step engine only, and {use.signal} needs a pin of the chip"
         yield Finding("shift-register", use.path, reason)

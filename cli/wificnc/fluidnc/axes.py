@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
+from wificnc.fluidnc.drivers import DriverFacts, read_driver
 from wificnc.fluidnc.pins import take_pin
 from wificnc.fluidnc.remarks import Remarks
 from wificnc.fluidnc.tree import Section
@@ -12,10 +13,6 @@ from wificnc.protocol import AXES
 
 LINEAR = "XYZ"
 STEP_DIR = ("stepstick", "standard_stepper")
-REGISTERS = (
-    "its driver's registers (current, microsteps, StallGuard) are not written: it runs as a step and direction "
-    "driver, as its pins and its own defaults set it"
-)
 _OTHER_MOTORS = {
     "rc_servo": "an RC servo as a motor: here a servo follows an axis that has step and direction ($85)",
     "solenoid": "a solenoid as a motor",
@@ -41,6 +38,7 @@ class AxisFacts:
     pull_off: list[float] = field(default_factory=list)
     soft: bool = False
     hard: list[bool] = field(default_factory=list)
+    drivers: list[DriverFacts] = field(default_factory=list)  # with registers
 
 
 def read_axes(axes: Section, remarks: Remarks) -> list[AxisFacts]:
@@ -107,7 +105,7 @@ def _read_homing(facts: AxisFacts, part: Section) -> None:
 
 
 def _read_motor(facts: AxisFacts, part: Section, remarks: Remarks, *, second: bool = False) -> None:
-    wires = _driver(part, remarks)
+    wires = _driver(facts, part, remarks)
     limits = {"limit_neg_pin": "limit_min", "limit_pos_pin": "limit_max", "limit_all_pin": "limit"}
     switches = {ours: pin for name, ours in limits.items() if (pin := take_pin(part, name, remarks))}
     hard, pull_off = part.flag("hard_limits"), part.number("pulloff_mm")
@@ -124,25 +122,26 @@ def _read_motor(facts: AxisFacts, part: Section, remarks: Remarks, *, second: bo
     facts.motors.append({**wires, **{name: pin.input() for name, pin in switches.items()}})
 
 
-def _driver(part: Section, remarks: Remarks) -> dict[str, Any] | None:
+def _driver(facts: AxisFacts, part: Section, remarks: Remarks) -> dict[str, Any] | None:
     """Step, direction and enable of the motor; None where it has none."""
     for name, section in part.sections.items():
         if name == "null_motor":
             part.skip(name)
         elif name in STEP_DIR or name.startswith("tmc_"):
-            return _step_and_direction(part.section(name), name, remarks)
+            return _step_and_direction(facts, part.section(name), name, remarks)
         elif name in _OTHER_MOTORS:
             part.skip(name)
             remarks.lost(section.path, section.line, _OTHER_MOTORS[name])
     return None
 
 
-def _step_and_direction(driver: Section, kind: str, remarks: Remarks) -> dict[str, Any] | None:
+def _step_and_direction(facts: AxisFacts, driver: Section, kind: str, remarks: Remarks) -> dict[str, Any] | None:
     step, direction = take_pin(driver, "step_pin", remarks), take_pin(driver, "direction_pin", remarks)
     disable = take_pin(driver, "disable_pin", remarks)
     if kind.startswith("tmc_"):
-        remarks.lost(driver.path, driver.line, REGISTERS)
-        driver.skip_all()
+        registers = read_driver(driver, kind, remarks)
+        if registers is not None and step is not None and direction is not None:
+            facts.drivers.append(registers)
     for name in ("ms1_pin", "ms2_pin", "ms3_pin", "reset_pin"):
         if driver.take(name) is not None:
             why = "sets the driver's microsteps or wakes it up, and no output of ours is fixed at a level: wire it"

@@ -11,6 +11,7 @@ from wificnc.board.chip import Chip, load_chips
 from wificnc.board.rules import SPREAD_NS
 from wificnc.checked.problem import FileProblems, Finding, Problem
 from wificnc.fluidnc.axes import AxisFacts, read_axes, shared_enable
+from wificnc.fluidnc.drivers import take_drivers
 from wificnc.fluidnc.fit import fit_board
 from wificnc.fluidnc.inputs import InputFacts, read_inputs
 from wificnc.fluidnc.pins import take_pin
@@ -91,11 +92,13 @@ def import_fluidnc(path: Path, chip: str | None = None) -> Imported:
         reason = "; ".join(["has no axis with a motor of step and direction", *map(str, remarks.found)])
         raise FileProblems([Problem(path, root.line_of("axes"), "no-axis", "axes", reason)])
     enable = shared_enable(root.section("axes"), remarks)
+    drivers = take_drivers(root, axes, remarks)
     spindles, inputs = read_spindles(root, remarks), read_inputs(root, remarks)
     machine = profile_data(root, axes, spindles.spindle, spindles.coolant, remarks)
     outputs = {"enable": enable} if enable else {}
     outputs |= spindles.outputs
     board = _board_data(path, root, axes, outputs, inputs, remarks)
+    board |= drivers
     board["chip"] = chip or _chip_of(board)
     board["memory"] = _memory_of(board, remarks)
     board["timing"] = _timing(

@@ -102,6 +102,11 @@ ERRORS: dict[int, str] = {
     192: "a laser ($32=1) needs the board's PWM ($395=0); for a drive set $32=0 first",
     193: "$374, $375, $395, $460 to $471, $681 change only while the spindle is off: M5 first",
     194: "a motor driver or servo reports a fault (Pn:M): correct it first, or $744, $745",
+    195: "$140 ..: this axis has no driver with registers ([driver.x]): wificnc boards show",
+    196: "$140 ..: more than the sense resistor of this driver allows: $DRIVERS shows it",
+    197: "$150 ..: microsteps are 1, 2, 4, 8, 16, 32, 64, 128 or 256",
+    198: "StallGuard homing ($250 ..) needs $24, $25 and $110 .. at $260 .. or faster",
+    199: "StallGuard homing needs a current ($140 ..), and DIAG wired to the limit input",
 }
 
 ALARMS: dict[int, str] = {

@@ -52,6 +52,13 @@ class _Axis(_Table):
     invert_direction: bool | None = None
     invert_step: bool | None = None
     home_at: Literal["min", "max"] | None = None
+    driver_current_ma: Annotated[int | None, of("driver_current_ma")] = None
+    driver_microsteps: Annotated[int | None, of("driver_microsteps")] = None
+    driver_hold_pct: Annotated[int | None, of("driver_hold_pct")] = None
+    driver_stealth_mm_min: Annotated[int | None, of("driver_stealth_mm_min")] = None
+    driver_coolstep: Annotated[int | None, of("driver_coolstep")] = None
+    driver_stall: Annotated[int | None, of("driver_stall")] = None
+    driver_stall_mm_min: Annotated[int | None, of("driver_stall_mm_min")] = None
 
 
 class LinearAxis(_Axis):

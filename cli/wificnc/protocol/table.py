@@ -50,7 +50,7 @@ Convert = Literal[
 # What follows from a setting, in the order of the bits of enum setting_effect; protocol/settings.toml says what each
 # one is.
 Effect = Literal[
-    "motion", "position", "program", "outputs", "signals", "motors", "switches", "homing", "reports", "host"
+    "motion", "position", "program", "outputs", "signals", "motors", "switches", "homing", "reports", "host", "drivers"
 ]
 EFFECTS: tuple[str, ...] = get_args(Effect)
 

@@ -110,6 +110,40 @@ bool board_pendant(struct serial_pendant *wire) {
     return BOARD_HAS_PENDANT != 0;
 }
 
+static const struct driver_wire driver_wires[] = {
+#define WIRE(kind_, axis_, address_, select_, chain_, mohm_, diag_)                                          \
+    {.kind = kind_,                                                                                          \
+     .axis = axis_,                                                                                          \
+     .address = address_,                                                                                    \
+     .select = select_,                                                                                      \
+     .chain = chain_,                                                                                        \
+     .sense_mohm = mohm_,                                                                                    \
+     .diag = (diag_) != 0},
+    BOARD_DRIVER_ROWS(WIRE)
+#undef WIRE
+        {.kind = TMC_NONE}, /* an array is never empty */
+};
+
+const struct driver_wire *board_drivers(struct driver_bus_wire *bus, uint8_t *count) {
+    static const uint8_t own_select[AXIS_COUNT] = {PIN_DRIVER_CS_X, PIN_DRIVER_CS_Y, PIN_DRIVER_CS_Z,
+                                                   PIN_DRIVER_CS_A, PIN_DRIVER_CS_B, PIN_DRIVER_CS_C};
+    *count = BOARD_DRIVER_COUNT;
+    *bus = (struct driver_bus_wire){.number = BOARD_DRIVER_BUS,
+                                    .uart = BOARD_DRIVER_IS_UART != 0,
+                                    .tx = PIN_DRIVER_TX,
+                                    .rx = PIN_DRIVER_RX,
+                                    .mosi = PIN_DRIVER_MOSI,
+                                    .miso = PIN_DRIVER_MISO,
+                                    .sclk = PIN_DRIVER_SCLK,
+                                    .select_count = 1};
+    bus->select[0] = PIN_DRIVER_CS; /* of a chain */
+    for (unsigned n = 0; n < *count && PIN_DRIVER_CS == NO_PIN; n++) {
+        bus->select[driver_wires[n].select] = own_select[driver_wires[n].axis];
+        bus->select_count = (uint8_t)(n + 1u);
+    }
+    return driver_wires;
+}
+
 struct machine_board board_machine(const struct pin_map *map) {
     const uint8_t inputs =
         BOARD_MISC_IN_COUNT < DIGITAL_INPUT_COUNT ? BOARD_MISC_IN_COUNT : DIGITAL_INPUT_COUNT;

@@ -5,6 +5,7 @@
 #define WIFICNC_ESP32_BOARD_H
 
 #include "hal/step_engine.h"
+#include "io/driver_bus.h"
 #include "io/encoder.h"
 #include "io/inputs.h"
 #include "io/outputs.h"
@@ -29,6 +30,10 @@ bool board_spindle_bus(struct spindle_bus_wire *wire);
 
 /** UART of a pendant. @return false: the board has none */
 bool board_pendant(struct serial_pendant *wire);
+
+/** Motor drivers with registers. @param bus  of how they are reached
+ * @return their places, *count of them; 0: the board has none */
+const struct driver_wire *board_drivers(struct driver_bus_wire *bus, uint8_t *count);
 
 /** Without store, encoder, second motors and motion side. */
 struct machine_board board_machine(const struct pin_map *map);

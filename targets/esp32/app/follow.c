@@ -1,6 +1,23 @@
 /* SPDX-License-Identifier: MIT */
 #include "app/follow.h"
 
+#include "settings/settings.h"
+
+#include <string.h>
+
+_Static_assert(sizeof(struct follow_signals) == 8, "no padding");
+
+static struct follow_signals wanted(const struct follow *follow) {
+    const struct settings *settings = machine_settings(follow->machine);
+    return (struct follow_signals){.pulse_us = settings->step_pulse_us,
+                                   .step_invert = settings->step_invert_mask,
+                                   .dir_invert = settings->dir_invert_mask,
+                                   .second_dir_invert = settings->second_dir_invert_mask,
+                                   .limit_invert = settings->limit_invert,
+                                   .probe_invert = settings->probe_invert,
+                                   .toolsetter_invert = settings->toolsetter_invert};
+}
+
 static void apply_pulse(struct follow *follow) {
     step_engine_set_pulse(&follow->hal->step, machine_step_pulse_ns(follow->machine));
 }
@@ -23,7 +40,7 @@ static void apply(struct follow *follow) {
         apply_levels(follow);
     else
         board->motion_side->call(board->motion_side_ctx, apply_levels, follow);
-    follow->applied = *settings;
+    follow->applied = wanted(follow);
 }
 
 void follow_init(struct follow *follow, struct machine *machine, struct hal *hal) {
@@ -33,8 +50,7 @@ void follow_init(struct follow *follow, struct machine *machine, struct hal *hal
 
 /* Not in motion: a changed polarity or pulse length would be an edge too many, or a pulse too short. */
 void follow_poll(struct follow *follow) {
-    const struct settings *now = machine_settings(follow->machine);
-    if (settings_differ(now, &follow->applied, SETTING_AFFECTS_SIGNALS) &&
-        machine_is_standing(follow->machine))
+    const struct follow_signals now = wanted(follow);
+    if (memcmp(&now, &follow->applied, sizeof now) != 0 && machine_is_standing(follow->machine))
         apply(follow);
 }

@@ -8,12 +8,18 @@
 #include "hal/chip_hal.h"
 #include "hal/step_engine.h"
 #include "machine/machine.h"
-#include "settings/settings.h"
+
+/** What of the settings the hardware does. Comparable by memcmp(): no padding. */
+struct follow_signals {
+    uint16_t pulse_us;
+    uint8_t step_invert, dir_invert, second_dir_invert;
+    bool limit_invert, probe_invert, toolsetter_invert;
+};
 
 struct follow {
     struct machine *machine;
     struct hal *hal;
-    struct settings applied; /* what the hardware does now */
+    struct follow_signals applied; /* now */
 };
 
 /** [start, before anything moves] Bring the hardware to what is stored. */

@@ -26,10 +26,8 @@ struct firmware {
     struct step_engine_board step_pins;
     struct lines lines;
     struct channels channels;
-    union {                         /* each has a copy of all settings */
-        struct follow follow;       /* of a controller */
-        struct io_module io_module; /* when this board is one */
-    };
+    struct follow follow;         /* of a controller */
+    struct io_module *io_module;  /* when this board is one: it has a copy of all settings, from the heap */
     struct portal *portal;        /* first contact; NULL: there is none */
     struct update_trial wiring;   /* pins that were changed over the network */
     struct boot_guard *guard;     /* of crashes in a row */

@@ -13,6 +13,7 @@
 #include "esp_random.h"
 
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 enum { TELNET_PORT = 23 };
@@ -225,11 +226,12 @@ void firmware_start_network(struct firmware *firmware) {
 }
 
 void firmware_start_io_module(struct firmware *firmware) {
-    struct io_module *module = &firmware->io_module;
+    struct io_module *module = calloc(1, sizeof *module);
     struct controller *controller = &firmware->controller;
     const struct ota_flash flash = {.lock = lock_outputs, .unlock = unlock_outputs, .ctx = module};
     firmware->wiring.on = nvs_device_wiring_is_on_trial(&firmware->store);
-    firmware->has_network = network_start(&firmware->store);
+    firmware->io_module = module;
+    firmware->has_network = module != NULL && network_start(&firmware->store);
     if (!firmware->has_network)
         return; /* no one can command: the outputs stay safe */
     load_access(firmware);

@@ -107,7 +107,7 @@ void firmware_run_io_module(void *ctx) {
         access_poll(&firmware->controller.access, now_us);
         show_led(io_module_light(firmware), now_us);
         if (firmware->has_network)
-            io_module_round(&firmware->io_module);
+            io_module_round(firmware->io_module);
         const bool reached = firmware->controller.session.owner.on;
         firmware_poll_wiring(firmware, now_us, reached, !reached);
         if (!firmware->has_network || !services_poll(&firmware->services, now_us, reached, !reached))

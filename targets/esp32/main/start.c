@@ -4,8 +4,10 @@
 #include "app/motion_task.h"
 #include "chip_ganged.h"
 #include "firmware.h"
+#include "io/driver_bus.h"
 #include "io/led_driver.h"
 #include "io/spindle_bus.h"
+#include "machine/motor_drivers.h"
 #include "store/nvs_channels.h"
 #include "store/nvs_device.h"
 #include "store/nvs_names.h"
@@ -136,6 +138,21 @@ static void start_spindle_bus(struct firmware *firmware, struct machine_board *b
         firmware_tell(firmware, "Cannot start the RS-485 bus of the spindle's drive");
 }
 
+static void start_drivers(struct firmware *firmware, struct machine_board *board) {
+    struct driver_bus_wire wire;
+    uint8_t count;
+    const struct driver_wire *drivers = board_drivers(&wire, &count);
+    if (count == 0)
+        return;
+    const struct hal_driver_bus *bus = driver_bus_init(&wire);
+    board->drivers = bus != NULL ? driver_bus_drivers() : NULL;
+    if (board->drivers == NULL)
+        firmware_tell(firmware,
+                      "Cannot start the bus of the motor drivers: they keep the registers they have");
+    else
+        drivers_init(&board->drivers->set, drivers, count, bus);
+}
+
 static struct machine_board board_of(struct firmware *firmware, enum nvs_start kept) {
     struct machine_board board = board_machine(&firmware->pins);
     const struct hal *hal = &firmware->hal;
@@ -145,6 +162,7 @@ static struct machine_board board_of(struct firmware *firmware, enum nvs_start k
     board.servo = outputs_have_servo(&hal->outputs) ? &esp32_servo : NULL;
     board.pump = outputs_have_pump(&hal->outputs) ? &esp32_pump : NULL;
     start_spindle_bus(firmware, &board);
+    start_drivers(firmware, &board);
     const struct hal_encoder *encoder = hal->inputs.encoder != NULL ? &esp32_indexed_encoder : &esp32_encoder;
     board.encoder = hal->encoder.unit != NULL ? encoder : NULL;
     return board;

@@ -4,9 +4,13 @@
 #pragma once
 
 #include "esp_err.h"
+#include "freertos/FreeRTOS.h"
+
+#include <stddef.h>
+#include <stdint.h>
 
 typedef enum { SPI1_HOST, SPI2_HOST, SPI3_HOST } spi_host_device_t;
-typedef enum { SPI_DMA_CH_AUTO = 3 } spi_dma_chan_t;
+typedef enum { SPI_DMA_DISABLED = 0, SPI_DMA_CH_AUTO = 3 } spi_dma_chan_t;
 
 typedef struct {
     int mosi_io_num, miso_io_num, sclk_io_num, quadwp_io_num, quadhd_io_num;
@@ -17,5 +21,19 @@ typedef struct {
     int clock_speed_hz, spics_io_num, queue_size;
 } spi_device_interface_config_t;
 
+typedef struct {
+    size_t length; /* bits */
+    const void *tx_buffer;
+    void *rx_buffer;
+} spi_transaction_t;
+
+typedef struct spi_device *spi_device_handle_t;
+
 esp_err_t spi_bus_initialize(spi_host_device_t host, const spi_bus_config_t *config, spi_dma_chan_t dma);
 esp_err_t spi_bus_free(spi_host_device_t host);
+esp_err_t spi_bus_add_device(spi_host_device_t host, const spi_device_interface_config_t *config,
+                             spi_device_handle_t *device);
+esp_err_t spi_device_queue_trans(spi_device_handle_t device, spi_transaction_t *transaction,
+                                 TickType_t ticks);
+esp_err_t spi_device_get_trans_result(spi_device_handle_t device, spi_transaction_t **transaction,
+                                      TickType_t ticks);

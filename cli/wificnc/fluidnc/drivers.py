@@ -1,0 +1,143 @@
+"""The motor drivers with registers of a configuration: [driver_bus] and [driver.x] of the board file, and what the
+machine profile has of each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from wificnc.fluidnc.pins import SHIFTED, Pin, take_pin
+from wificnc.fluidnc.remarks import Remarks
+from wificnc.fluidnc.tree import Section
+
+KINDS = {"tmc_2209": "tmc2209", "tmc_2130": "tmc2130", "tmc_5160": "tmc5160"}
+REGISTERS = (
+    "its driver's registers (current, microsteps, StallGuard) are not written: it runs as a step and direction "
+    "driver, as its pins and its own defaults set it"
+)
+_MA, _MOHM, _PCT = 1000, 1000, 100
+_AMPS, _MICROSTEPS, _STEALTH = 0.5, 16, 65535  # FluidNC's defaults; $230 for stealthChop at any speed
+_SPI_CONTROLLER = "SPI3"
+
+
+@dataclass
+class DriverFacts:
+    """One driver."""
+
+    kind: str
+    path: str
+    line: int
+    address: int
+    cs: Pin | None
+    spi_index: int  # 0: not in a chain
+    uart: int
+    sense_mohm: int | None
+    profile: dict[str, Any]
+
+
+def read_driver(part: Section, kind: str, remarks: Remarks) -> DriverFacts | None:
+    """Its registers; None: it has none that we write, which is a remark."""
+    if kind not in KINDS:
+        remarks.lost(part.path, part.line, REGISTERS)
+        part.skip_all()
+        return None
+    cs, sense = take_pin(part, "cs_pin", remarks), part.number("r_sense_ohms")
+    run, hold = part.number("run_amps") or _AMPS, part.number("hold_amps") or _AMPS
+    mode = (part.take("run_mode") or "StealthChop").lower()
+    profile = {
+        "driver_current_ma": round(run * _MA),
+        "driver_microsteps": part.whole("microsteps") or _MICROSTEPS,
+        "driver_hold_pct": min(_PCT, round(hold / run * _PCT)) if run > 0 else _PCT,
+    }
+    if mode == "stealthchop":
+        profile["driver_stealth_mm_min"] = _STEALTH
+    address, index, uart = part.whole("addr"), part.whole("spi_index"), part.whole("uart_num")
+    part.skip_all()
+    mohm = round(sense * _MOHM) if sense else None
+    return DriverFacts(KINDS[kind], part.path, part.line, address, cs, index, uart, mohm, profile)
+
+
+def take_drivers(root: Section, axes: Sequence[Any], remarks: Remarks) -> dict[str, Any]:
+    """[driver_bus] and [driver] of the board file; the profiles of the axes get what is theirs.
+
+    @param axes  AxisFacts of axes.py
+    """
+    found = {facts.letter.lower(): facts for facts in axes if facts.drivers}
+    for facts in found.values():
+        if len(facts.drivers) > 1 or len(facts.motors) > 1:
+            _lose(facts, remarks, "an axis with two motors, whose drivers' registers are not written yet")
+    found = {name: facts for name, facts in found.items() if facts.drivers}
+    if not found:
+        return {}
+    uart = next(iter(found.values())).drivers[0].kind == "tmc2209"
+    for facts in found.values():
+        if (facts.drivers[0].kind == "tmc2209") != uart:
+            _lose(facts, remarks, "all drivers with registers are on one bus")
+    found = {name: facts for name, facts in found.items() if facts.drivers}
+    bus = _uart(root, found, remarks) if uart else _spi(root, found, remarks)
+    made = {name: _driver(facts.drivers[0], uart, bus) for name, facts in found.items() if facts.drivers}
+    for facts in found.values():
+        if facts.drivers:
+            facts.profile |= facts.drivers[0].profile
+    return {"driver_bus": bus, "driver": made} if made else {}
+
+
+def _lose(facts: Any, remarks: Remarks, why: str) -> None:
+    for driver in facts.drivers:
+        remarks.lost(driver.path, driver.line, f"{REGISTERS}: {why}")
+    facts.drivers = []
+
+
+def _driver(facts: DriverFacts, uart: bool, bus: dict[str, Any]) -> dict[str, Any]:
+    made: dict[str, Any] = {"kind": facts.kind}
+    if uart:
+        made["address"] = facts.address
+    elif "cs" in bus:
+        made["place"] = facts.spi_index - 1
+    elif facts.cs:
+        made["cs"] = {"pin": facts.cs.name, "active": "low"}
+    if facts.sense_mohm:
+        made["sense_mohm"] = facts.sense_mohm
+    return made
+
+
+def _uart(root: Section, found: dict[str, Any], remarks: Remarks) -> dict[str, Any]:
+    """All on the UART of the first, each at an address of its own."""
+    number = next(iter(found.values())).drivers[0].uart or 1
+    section = root.section(f"uart{number}")
+    pins = {key: take_pin(section, f"{key}d_pin", remarks) for key in ("tx", "rx")}
+    section.skip_all()
+    seen: set[int] = set()
+    for facts in found.values():
+        driver = facts.drivers[0]
+        if driver.cs:
+            _lose(facts, remarks, "a pin selects it on the UART (cs_pin), and no output of ours does that")
+        elif None in pins.values():
+            _lose(facts, remarks, f"uart{number} has no txd_pin or no rxd_pin")
+        elif driver.address in seen or driver.address > 3:
+            _lose(facts, remarks, f"address {driver.address} is another driver's, or above 3")
+        seen.add(driver.address)
+    return {"uart": f"UART{number}", **{key: pin.output() for key, pin in pins.items() if pin}}
+
+
+def _spi(root: Section, found: dict[str, Any], remarks: Remarks) -> dict[str, Any]:
+    """A chain where they share a select line, else each with its own."""
+    section = root.section("spi")
+    names = {"mosi": "mosi_pin", "miso": "miso_pin", "sclk": "sck_pin"}
+    pins = {key: take_pin(section, name, remarks) for key, name in names.items()}
+    drivers = [facts.drivers[0] for facts in found.values()]
+    chained = all(driver.spi_index > 0 for driver in drivers)
+    places = sorted(driver.spi_index for driver in drivers)
+    for facts in found.values():
+        cs = facts.drivers[0].cs
+        if None in pins.values():
+            _lose(facts, remarks, "spi lacks mosi_pin, miso_pin or sck_pin")
+        elif cs is None or cs.name.startswith(SHIFTED):
+            _lose(facts, remarks, "its cs_pin is an output of a shift register, or missing")
+        elif chained and places != list(range(1, len(places) + 1)):
+            _lose(facts, remarks, "the chain has drivers that drive no motor here")
+    bus: dict[str, Any] = {"spi": _SPI_CONTROLLER, **{key: pin.output() for key, pin in pins.items() if pin}}
+    if chained and drivers and drivers[0].cs:
+        bus["cs"] = {"pin": drivers[0].cs.name, "active": "low"}
+    return bus

@@ -1,0 +1,98 @@
+"""Motor drivers with registers in configurations of FluidNC."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from wificnc.board.load import check_board
+from wificnc.fluidnc.convert import import_fluidnc
+from wificnc.fluidnc.remarks import Kind
+from wificnc.machine import load_machine
+
+MOTOR = """
+  {axis}:
+    steps_per_mm: 200
+    max_rate_mm_per_min: 3000
+    acceleration_mm_per_sec2: 200
+    max_travel_mm: 300
+    motor0:
+      {kind}:
+        step_pin: gpio.{step}
+        direction_pin: gpio.{dir}
+        r_sense_ohms: 0.110
+        run_amps: 1.200
+        hold_amps: 0.600
+        microsteps: 32
+        run_mode: {mode}
+{more}"""
+STEPS = {"x": (12, 14), "y": (27, 26), "z": (32, 33)}
+UART = "uart1:\n  txd_pin: gpio.17\n  rxd_pin: gpio.16\n  baud: 115200\n  mode: 8N1\n"
+SPI = "spi:\n  miso_pin: gpio.19\n  mosi_pin: gpio.23\n  sck_pin: gpio.18\n"
+
+
+def config(folder: Path, kind: str, bus: str, *more: str, mode: str = "CoolStep") -> Path:
+    text = f"board: Test\nname: Test\nstepping:\n  engine: RMT\n{bus}axes:"
+    for (axis, (step, direction)), extra in zip(STEPS.items(), more, strict=False):
+        lines = "".join(f"        {line}\n" for line in extra.split("; "))
+        text += MOTOR.format(axis=axis, kind=kind, step=step, dir=direction, more=lines, mode=mode)
+    path = folder / "config.yaml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def losses(path: Path) -> str:
+    return "\n".join(import_fluidnc(path).remarks.lines(Kind.LOST))
+
+
+def test_tmc2209_on_a_uart_get_bus_address_and_settings(tmp_path: Path) -> None:
+    path = config(tmp_path, "tmc_2209", UART, "uart_num: 1; addr: 0", "uart_num: 1; addr: 2", mode="StealthChop")
+    imported = import_fluidnc(path)
+    assert not imported.refused
+    assert "registers" not in losses(path)
+    board = tmp_path / "mine.toml"
+    board.write_text(imported.board_text("config.yaml"), encoding="utf-8")
+    assert check_board(board) == []
+    assert imported.board["driver"]["y"] == {"kind": "tmc2209", "address": 2, "sense_mohm": 110}
+    profile = tmp_path / "machine.toml"
+    profile.write_text(imported.machine_text("config.yaml"), encoding="utf-8")
+    settings = load_machine(profile).settings()
+    assert [settings[number] for number in (140, 150, 220, 230, 141)] == [1200, 32, 50, 65535, 1200]
+
+
+@pytest.mark.parametrize("chained", [True, False])
+def test_spi_drivers_get_a_chain_or_selects_of_their_own(tmp_path: Path, chained: bool) -> None:
+    more = (
+        [f"cs_pin: gpio.17; spi_index: {n}" for n in (1, 2, 3)]
+        if chained
+        else [f"cs_pin: gpio.{n}" for n in (17, 21, 22)]
+    )
+    path = config(tmp_path, "tmc_5160", SPI, *more)
+    imported = import_fluidnc(path)
+    assert not imported.refused
+    assert "registers" not in losses(path)
+    assert ("cs" in imported.board["driver_bus"]) == chained
+    assert [driver.get("place") for driver in imported.board["driver"].values()] == (
+        [0, 1, 2] if chained else [None] * 3
+    )
+
+
+@pytest.mark.parametrize(
+    ("kind", "bus", "more", "why"),
+    [
+        ("tmc_2209", UART, ("uart_num: 1; addr: 1", "uart_num: 1; addr: 1"), "address 1 is another driver's"),
+        ("tmc_2209", "", ("uart_num: 1; addr: 1",), "has no txd_pin"),
+        ("tmc_2209", UART, ("uart_num: 1; addr: 3; cs_pin: gpio.21",), "a pin selects it on the UART"),
+        ("tmc_5160", SPI, ("spi_index: 1",), "its cs_pin is"),
+        ("tmc_5160", SPI, ("cs_pin: gpio.17; spi_index: 1", "cs_pin: gpio.17; spi_index: 3"), "the chain has drivers"),
+        ("tmc_2208", UART, ("uart_num: 1",), "registers"),
+    ],
+)
+def test_what_cannot_be_reached_is_a_plain_driver_with_the_reason(
+    tmp_path: Path, kind: str, bus: str, more: tuple[str, ...], why: str
+) -> None:
+    path = config(tmp_path, kind, bus, *more)
+    imported = import_fluidnc(path)
+    assert why in losses(path)
+    assert not imported.refused
+    assert "step" in imported.board["axis"]["x"]
