@@ -12,9 +12,11 @@ static bool is_locked(const struct machine *machine) {
            machine->life.state == MACHINE_SLEEP;
 }
 
+/* A pendant in control (MPG) keeps hosts out as it does the text side's other clients. */
 bool owner_is_free(const struct machine *machine) {
-    return machine->task.stage == TASK_NONE && !machine->park.open &&
-           host_queue_is_empty(&machine->host.queue) && motion_is_planned_out(&machine->drive.motion) &&
+    return machine->reports.mpg != MPG_IN_CONTROL && machine->task.stage == TASK_NONE &&
+           !machine->park.open && host_queue_is_empty(&machine->host.queue) &&
+           motion_is_planned_out(&machine->drive.motion) &&
            (machine->life.state == MACHINE_IDLE || machine->life.state == MACHINE_ALARM ||
             (machine->life.state == MACHINE_HOLD && machine_is_at_rest(machine)));
 }

@@ -5,8 +5,8 @@
 
 #include "machine/actions.h"
 
-/** Nothing of anyone is under way. Between two polls the state says whether something moves; asking the
- * motion side would also find it busy when it only looks around. */
+/** Nothing of anyone is under way, and no pendant is in control (MPG). Between two polls the state says
+ * whether something moves; asking the motion side would also find it busy when it only looks around. */
 bool owner_is_free(const struct machine *machine);
 
 /** A host homes, jogs or discards its queue: segments are refused until that is over. */

@@ -5,13 +5,26 @@
 #include "machine/parts.h"
 #include "machine/report.h"
 
-enum machine_reads machine_reads(const struct machine *machine) {
+/* The operator's lines are answered before those of the job: one of these that is not makes others wait. */
+static enum machine_reads reads_parked(const struct machine *machine) {
+    const uint8_t *bytes;
+    if (rx_aside(&machine->lines.rx) != RX_ASIDE_OPEN || machine->park.stops)
+        return MACHINE_READS_NOTHING;
+    const bool waits = machine_has_line(machine) || rx_peek_aside(&machine->lines.rx, &bytes) > 0;
+    return waits ? MACHINE_READS_SOON : MACHINE_READS_OPERATORS;
+}
+
+/* Check mode moves nothing: a pendant that has begun it must be able to end it. */
+static bool is_free(const struct machine *machine) {
     const enum machine_state state = machine->life.state;
-    const bool aside = rx_aside(&machine->lines.rx) == RX_ASIDE_OPEN;
+    return (state == MACHINE_IDLE || state == MACHINE_ALARM || state == MACHINE_CHECK) &&
+           !machine->host.owns && machine_is_at_rest(machine);
+}
+
+enum machine_reads machine_reads(const struct machine *machine) {
     if (machine->park.open)
-        return aside && !machine->park.stops ? MACHINE_READS_OPERATORS : MACHINE_READS_NOTHING;
-    if ((state != MACHINE_IDLE && state != MACHINE_ALARM) || machine->host.owns ||
-        !machine_is_at_rest(machine))
+        return reads_parked(machine);
+    if (!is_free(machine))
         return MACHINE_READS_NOTHING;
     return machine_has_line(machine) ? MACHINE_READS_SOON : MACHINE_READS_LINES;
 }

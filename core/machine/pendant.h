@@ -8,7 +8,7 @@
 /** Whether a line that comes now would be read. */
 enum machine_reads {
     MACHINE_READS_NOTHING,  /* a job, a jog or a homing cycle is under way, or held */
-    MACHINE_READS_SOON,     /* at rest, with a line that is not answered yet */
+    MACHINE_READS_SOON,     /* at rest or parked, with a line that is not answered yet */
     MACHINE_READS_LINES,    /* at rest, and no line waits */
     MACHINE_READS_OPERATORS /* a job is held and parked (park.h): lines are the operator's */
 };

@@ -58,7 +58,8 @@ bool preempt_may(const struct machine *machine) {
     const struct machine_host *host = &machine->host;
     switch (host->job.step) {
     case HOST_JOB_NONE:
-        return goes(machine) && !machine->life.restart && !machine->clock.quiet.on && can_pause(machine);
+        return goes(machine) && machine->reports.mpg != MPG_IN_CONTROL && !machine->life.restart &&
+               !machine->clock.quiet.on && can_pause(machine);
     case HOST_JOB_BRAKES:
         return true;
     case HOST_JOB_WAITS:

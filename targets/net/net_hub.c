@@ -63,7 +63,7 @@ void net_hub_set_owner(struct net_hub *hub, struct net_client *client) {
         leave_lines(hub, before);
     hub->owner = client;
     hub->owner_peer = client != NULL ? client->stream.peer : hub->owner_peer;
-    hub->inside_left = hub->inside;
+    hub->inside_left = hub->inside - hub->inside_hand;
     for (struct net_client *other = hub->client; other < hub->client + NET_CLIENTS; other++)
         other->hears_left = other != client;
     if (client == NULL) {
@@ -72,6 +72,7 @@ void net_hub_set_owner(struct net_hub *hub, struct net_client *client) {
     }
     client->letters = 0;
     hub->sender = client;
+    hub->sender_lost = false;
     hub->ops->event(hub->ctx, "owner", client->name);
     snprintf(text, sizeof text, "%s commands", client->name);
     net_hub_tell_observers(hub, text);
@@ -117,12 +118,15 @@ void net_hub_drop_lines(struct net_client *client) {
     client->in_long = client->called_off = false;
 }
 
-/* A reset forgets every line on its way; what comes behind it is new. */
-static void net_hub_reset(struct net_hub *hub) {
+/* A reset forgets every line on its way; what comes behind it is new, but for the rest of another's line. */
+static void net_hub_reset(struct net_hub *hub, const struct net_client *by) {
     static const char reset = 0x18;
-    if (hub->owner != NULL)
-        net_hub_drop_lines(hub->owner);
-    net_hub_forget_pendants(hub);
+    struct net_client *owner = hub->owner;
+    if (owner != NULL) {
+        owner->skips |= owner != by && (owner->in.count > owner->whole || owner->in_long);
+        net_hub_drop_lines(owner);
+    }
+    net_hub_forget_pendants(hub, by);
     net_queue_drop(&hub->left, hub->left.count);
     hub->ops->put(hub->ctx, &reset, 1);
     hub->ops->act(hub->ctx);
@@ -131,23 +135,24 @@ static void net_hub_reset(struct net_hub *hub) {
 
 void net_hub_put_realtime(struct net_hub *hub, struct net_client *client, uint8_t byte) {
     const char character = (char)byte;
-    if (byte == PARK && (hub->ops->reads == NULL || hub->ops->reads(hub->ctx) != MACHINE_READS_OPERATORS))
-        hub->inside_job = hub->inside;
     if (byte == RESET)
-        net_hub_reset(hub);
+        net_hub_reset(hub, client);
     else if (byte == '?' && !net_hub_may_ask(hub))
         client->asks = true;
     else {
         hub->asked |= byte == '?' || byte == FULL_STATUS;
         hub->ops->put(hub->ctx, &character, 1);
     }
-    if (byte == JOG_CANCEL || byte == '!')
-        net_hub_call_off_jogs(client);
+    if (byte != JOG_CANCEL && byte != '!')
+        return;
+    if (hub->owner != NULL)
+        net_hub_call_off_jogs(hub->owner);
+    net_hub_call_off_pendants_jogs(hub);
 }
 
 static void put_stop(struct net_hub *hub, struct net_client *client, uint8_t byte) {
     if (net_hub_may_stop(hub, client, byte))
-        net_hub_put_realtime(hub, hub->owner != NULL ? hub->owner : client, byte);
+        net_hub_put_realtime(hub, client, byte);
 }
 
 /* ---- bytes of the owner and of observers ---- */
@@ -416,8 +421,7 @@ static uint32_t lines_allowed(const struct net_hub *hub) {
     return taken >= hub->sizes.out ? 0 : (uint32_t)((hub->sizes.out - taken) / NET_ANSWER_MAX);
 }
 
-size_t net_hub_feed_lines(struct net_hub *hub, struct net_queue *queue, size_t count) {
-    const uint32_t allowed = lines_allowed(hub);
+size_t net_hub_feed_lines(struct net_hub *hub, struct net_queue *queue, size_t count, uint32_t allowed) {
     size_t fed = 0;
     while (fed < count && hub->inside < allowed) {
         const char *line = net_queue_head(queue);
@@ -436,7 +440,7 @@ size_t net_hub_feed_lines(struct net_hub *hub, struct net_queue *queue, size_t c
 
 static bool feed_left(struct net_hub *hub) {
     uint32_t before = hub->inside;
-    size_t fed = net_hub_feed_lines(hub, &hub->left, hub->left.count);
+    size_t fed = net_hub_feed_lines(hub, &hub->left, hub->left.count, lines_allowed(hub));
     hub->inside_left += hub->inside - before;
     return fed > 0;
 }
@@ -444,7 +448,8 @@ static bool feed_left(struct net_hub *hub) {
 /* A line longer than the queue continues as it comes: the controller will refuse it. */
 static bool feed_owner(struct net_hub *hub, struct net_client *owner) {
     bool too_long = owner->whole == 0 && owner->in.count == hub->sizes.in;
-    size_t fed = net_hub_feed_lines(hub, &owner->in, too_long ? owner->in.count : owner->whole);
+    size_t count = too_long ? owner->in.count : owner->whole;
+    size_t fed = net_hub_feed_lines(hub, &owner->in, count, lines_allowed(hub));
     if (fed == 0)
         return false;
     owner->in_long = too_long;
@@ -457,6 +462,8 @@ bool net_hub_feed(struct net_hub *hub) {
     if (hub->has_pendants && net_hub_waits_for_pendant(hub))
         return pendants;
     bool fed = hub->left.count > 0 ? feed_left(hub) : hub->owner != NULL && feed_owner(hub, hub->owner);
+    hub->others_first = false;
+    hub->operators = fed ? NULL : hub->operators;
     hub->has_spoiled &= hub->left.count > 0 || (hub->owner != NULL && hub->owner->in.count > 0);
     return fed || pendants;
 }
@@ -473,7 +480,7 @@ static void forget_lines(struct net_hub *hub) {
         owner->skips |= owner->in.count > owner->whole || owner->in_long;
         net_hub_drop_lines(owner);
     }
-    net_hub_forget_pendants(hub);
+    net_hub_forget_pendants(hub, NULL);
     net_hub_end_reports(hub);
     hub->inside = hub->inside_left = 0; /* what was inside is not answered any more */
     if (any)

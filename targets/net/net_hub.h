@@ -130,14 +130,15 @@ struct net_client {
     uint32_t came_us;    /* when it connected */
     struct report_interval reports; /* its automatic ones */
     uint32_t reported_us;           /* when the newest of these was due */
-    bool braked;     /* an observer or locked client that has held the machine: it may reset it, too */
-    bool told;       /* ... and one that has not, that it may not. A pendant: that its bytes are unreadable */
-    bool garbled;    /* a pendant's line has bytes that no line has */
-    bool paused;     /* a pendant has sent XOFF: it reads nothing before XON */
-    bool explained;  /* has the reason why its lines are refused: once for all that came together */
-    char typed[13];  /* by an observer, in its line: $TRUST=always is the longest that it may send; of a
-                        locked client the number of its question */
-    uint8_t letters; /* of these; UINT8_MAX: too many. Of a locked client: whether it has a question */
+    bool braked;  /* an observer or locked client that has held the machine: it may reset it, too */
+    bool told;    /* ... and one that has not, that it may not. A pendant: that its bytes are unreadable */
+    bool garbled; /* a pendant's line has bytes that no line has */
+    uint16_t lost_lines; /* of a pendant, that found no room, and are to be answered */
+    bool paused;         /* a pendant has sent XOFF: it reads nothing before XON */
+    bool explained;      /* has the reason why its lines are refused: once for all that came together */
+    char typed[13];      /* by an observer, in its line: $TRUST=always is the longest that it may send; of a
+                            locked client the number of its question */
+    uint8_t letters;     /* of these; UINT8_MAX: too many. Of a locked client: whether it has a question */
 };
 
 struct net_hub {
@@ -152,7 +153,10 @@ struct net_hub {
     struct net_client *hand;   /* the pendant whose turn it is: lines of others wait; NULL: no one's */
     bool mpg;                  /* ... by 0x8B, until it gives control back: lines of others are refused */
     uint8_t inside_hand;       /* of `inside`, the pendant's, which are answered first */
-    uint32_t inside_job;       /* of `inside`, a parked job's, which are answered after the operator's */
+    bool hand_parked;          /* ... it began in a parked hold: it ends when its lines are answered */
+    bool others_first;         /* a pendant has had its turn, and others wait */
+    bool sender_lost; /* in a pendant's turn, whose motion continues: the controller learns it after it */
+    struct net_client *operators; /* the newest line of a parked hold's operator was this pendant's */
     uint64_t owner_peer;   /* address of the owner or of the last one, whom a place is kept for; 0: none */
     uint32_t now_us;       /* of the last net_hub_tick() */
     struct net_queue left; /* whole lines of former owners that the controller has not got yet */

@@ -48,7 +48,7 @@ void net_hub_set_owner(struct net_hub *hub, struct net_client *client);
 /** Jogs that wait must not run any more. */
 void net_hub_call_off_jogs(struct net_client *client);
 
-/** A real-time byte of who may command. */
+/** A real-time byte of who may command, or a stop of who may stop. */
 void net_hub_put_realtime(struct net_hub *hub, struct net_client *client, uint8_t byte);
 
 /** A line has ended, before its LF is added: $TAKE, $RI= and a jog that was called off become empty lines. */
@@ -57,8 +57,9 @@ void net_hub_end_line(struct net_hub *hub, struct net_client *client);
 /** Lines of a client that wait are forgotten. */
 void net_hub_drop_lines(struct net_client *client);
 
-/** Give the first `count` bytes of the queue to the controller, line by line. @return bytes that it took */
-size_t net_hub_feed_lines(struct net_hub *hub, struct net_queue *queue, size_t count);
+/** Give the first `count` bytes of the queue to the controller, line by line.
+ *  @param allowed  so many lines may be inside @return bytes that it took */
+size_t net_hub_feed_lines(struct net_hub *hub, struct net_queue *queue, size_t count, uint32_t allowed);
 
 /** Hubs whose clients from elsewhere are locked out until they are known. */
 static inline bool net_hub_locks(const struct net_hub *hub) {
@@ -164,8 +165,11 @@ void net_hub_lose_pendant(struct net_hub *hub, struct net_client *client);
 /** Control by 0x8B is taken from it. */
 void net_hub_end_mpg(struct net_hub *hub);
 
-/** The controller has forgotten all lines. */
-void net_hub_forget_pendants(struct net_hub *hub);
+/** Someone has cancelled jogs: those of pendants that wait must not run any more. */
+void net_hub_call_off_pendants_jogs(struct net_hub *hub);
+
+/** The controller has forgotten all lines. @param by  whose reset it was; NULL: not a client's */
+void net_hub_forget_pendants(struct net_hub *hub, const struct net_client *by);
 
 /** This line of the controller is for the client, as far as pendants decide that. */
 bool net_hub_is_for(const struct net_hub *hub, const struct net_client *client, bool is_news);

@@ -3,8 +3,11 @@
  *
  * A pendant never owns. Its real-time bytes act as the owner's. Its lines are read in a turn of its own,
  * which begins when the machine is at rest and has answered every other line, or in a parked hold, and ends
- * when all of the pendant's is done: meanwhile the owner's lines wait, so each answer is of one side only.
- * While a job runs or is held, a pendant's lines are refused: nothing of them starts later.
+ * when all of the pendant's is done, or answered in a parked hold: meanwhile the owner's lines wait, so each
+ * answer is of one side only. While a job runs or is held, a pendant's lines are refused: nothing of them
+ * starts later.
+ *
+ * What is refused before its line comes to its turn waits as a mark, so that answers are in order.
  *
  * 0x8B (MPG, grblHAL's) makes the turn last until it comes again, and has the lines of others refused. */
 #include "net_hub_inner.h"
@@ -15,15 +18,28 @@
 /* XON, XOFF and the form feed, by which pendants of FluidNC switch an echo off, are no part of a line. */
 enum { FORM_FEED = 0x0C, XON = 0x11, XOFF = 0x13, DELETE = 0x7F };
 
-enum { LINE_MAX_BYTES = 255, INSIDE_MAX = 8 }; /* of a pendant, in a line; lines that are not answered */
+/* LINE_MAX_BYTES: of a pendant, in a line. WAITS_MAX_BYTES: of its lines that wait; those behind are lost. */
+enum { LINE_MAX_BYTES = 255, WAITS_MAX_BYTES = 1024 };
+
+/* A line that is refused in its place: its bytes were unreadable, or control by 0x8B has ended before it. */
+enum { MARK_UNREADABLE = NET_LINE_SPOILED, MARK_CALLED_OFF = 0xFE };
 
 static const char unreadable[] = "Pendant: unreadable bytes; check its baud rate, cable and ground";
+static const char too_many[] = "Pendant: too many lines; it must wait for answers";
 static const char no_control[] = "Pendant: 0x8B takes control";
 static const char busy[] = "Pendant: a job runs or is held; hold and park it (0xA3) to jog";
 static const char in_control[] = "The pendant is in control (MPG): 0x8B at the pendant, or $TAKE, ends that";
 
 static enum machine_reads reads(const struct net_hub *hub) {
     return hub->ops->reads != NULL ? hub->ops->reads(hub->ctx) : MACHINE_READS_NOTHING;
+}
+
+static bool has_lines(const struct net_client *client) {
+    return client->whole > 0 || client->lost_lines > 0;
+}
+
+static bool others_wait(const struct net_hub *hub) {
+    return hub->left.count > 0 || (hub->owner != NULL && hub->owner->whole > 0);
 }
 
 /* ---- control by 0x8B ---- */
@@ -34,10 +50,30 @@ static void set_mpg(struct net_hub *hub, bool on) {
         hub->ops->mpg(hub->ctx, on);
 }
 
+/* A mark takes no more room than the shortest line. */
+static void call_off_lines(struct net_client *client) {
+    char *lines = client->whole > 0 ? client->in.bytes + client->in.begin : NULL;
+    size_t to = 0, from = 0;
+    while (from < client->whole) {
+        const char *end = memchr(lines + from, '\n', client->whole - from);
+        const bool empty = lines + from == end;
+        const bool known = (uint8_t)lines[from] == MARK_UNREADABLE;
+        from = (size_t)(end + 1 - lines);
+        if (!empty)
+            lines[to++] = (char)(known ? MARK_UNREADABLE : MARK_CALLED_OFF);
+        lines[to++] = '\n';
+    }
+    if (from == 0)
+        return;
+    memmove(lines + to, lines + from, client->in.count - from);
+    client->in.count -= from - to;
+    client->whole = to;
+}
+
 void net_hub_end_mpg(struct net_hub *hub) {
     if (!hub->mpg)
         return;
-    net_hub_drop_lines(hub->hand);
+    call_off_lines(hub->hand);
     net_hub_put_realtime(hub, hub->hand, JOG_CANCEL);
     set_mpg(hub, false);
     net_hub_tell(hub, "The pendant has released control (MPG)");
@@ -46,85 +82,121 @@ void net_hub_end_mpg(struct net_hub *hub) {
 /* Nothing of anyone else is under way: an answer that comes next is the pendant's. */
 static bool may_begin(const struct net_hub *hub, enum machine_reads now) {
     const bool half_line = hub->owner != NULL && hub->owner->in_long;
-    if (now == MACHINE_READS_OPERATORS)
-        return hub->inside <= hub->inside_job && !half_line;
-    return now == MACHINE_READS_LINES && hub->inside == 0 && !half_line;
+    if (hub->hand != NULL || hub->inside_hand > 0 || half_line)
+        return false;
+    return now == MACHINE_READS_OPERATORS || (now == MACHINE_READS_LINES && hub->inside == 0);
+}
+
+static void begin_turn(struct net_hub *hub, struct net_client *client, enum machine_reads now) {
+    hub->hand = client;
+    hub->hand_parked = now == MACHINE_READS_OPERATORS;
 }
 
 static void toggle_mpg(struct net_hub *hub, struct net_client *client) {
-    const bool others_wait = hub->left.count > 0 || (hub->owner != NULL && hub->owner->whole > 0);
+    const enum machine_reads now = reads(hub);
     const bool others_turn = hub->hand != NULL && hub->hand != client;
     if (hub->mpg && !others_turn) {
         net_hub_end_mpg(hub);
         return;
     }
-    if (others_turn || others_wait || (hub->hand == NULL && !may_begin(hub, reads(hub))) ||
-        reads(hub) == MACHINE_READS_OPERATORS) {
+    if (others_turn || others_wait(hub) || now == MACHINE_READS_OPERATORS ||
+        (hub->hand == client ? hub->hand_parked : !may_begin(hub, now))) {
         net_hub_say_message(hub, client, "Pendant: control (MPG) needs a machine at rest");
         return;
     }
-    hub->hand = client;
+    begin_turn(hub, client, now);
     set_mpg(hub, true);
     net_hub_tell(hub, "The pendant is in control (MPG)");
 }
 
 /* ---- bytes ---- */
 
-static void refuse_unreadable(struct net_hub *hub, struct net_client *client) {
-    net_queue_cut(&client->in, client->whole);
-    net_hub_refuse(hub, client, STATUS_LINE_TOO_LONG, client->told ? NULL : unreadable);
-    client->told = true;
-    client->garbled = client->spoiled = client->called_off = false;
-}
-
-static void end_pendants_line(struct net_hub *hub, struct net_client *client) {
-    if (client->garbled || client->spoiled) {
-        refuse_unreadable(hub, client);
-        return;
-    }
-    client->told = false;
-    net_hub_end_line(hub, client);
-    if (net_queue_add(&client->in, "\n", 1))
+static void add_line(struct net_client *client, const char *bytes, size_t count) {
+    if (net_queue_add(&client->in, bytes, count))
         client->whole = client->in.count;
     else
         client->gone = true;
 }
 
+/* Lines of a pendant that does not wait for answers are counted when there is no more room: it can always
+ * stop, so its bytes are always read. */
+static bool finds_no_room(const struct net_client *client) {
+    return client->lost_lines > 0 || client->whole >= WAITS_MAX_BYTES;
+}
+
+static void end_pendants_line(struct net_hub *hub, struct net_client *client) {
+    static const char mark[] = {(char)MARK_UNREADABLE, '\n'};
+    const bool is_lost = finds_no_room(client), is_bad = client->garbled || client->spoiled;
+    if (is_lost || is_bad)
+        net_queue_cut(&client->in, client->whole);
+    if (is_lost)
+        client->lost_lines = (uint16_t)(client->lost_lines + (client->lost_lines < UINT16_MAX));
+    else if (is_bad)
+        add_line(client, mark, sizeof mark);
+    if (is_lost || is_bad) {
+        client->garbled = client->spoiled = client->called_off = false;
+        return;
+    }
+    net_hub_end_line(hub, client);
+    add_line(client, "\n", 1);
+}
+
 static void take_character(struct net_hub *hub, struct net_client *client, uint8_t byte) {
     const char character = (char)byte;
+    const bool line_ends = byte == '\n' || byte == '\r';
     if (byte == XON || byte == XOFF) {
         client->paused = byte == XOFF;
         return;
     }
     if (byte == FORM_FEED)
         return;
-    if (byte == '\n' || byte == '\r') {
+    if (client->skips) {
+        client->skips = !line_ends;
+        client->spoiled &= !line_ends;
+        return;
+    }
+    if (line_ends) {
         end_pendants_line(hub, client);
         return;
     }
     client->garbled |= (byte < ' ' && byte != '\t') || byte == DELETE;
     client->garbled |= client->in.count - client->whole >= LINE_MAX_BYTES;
-    if (!client->garbled && !net_queue_add(&client->in, &character, 1))
+    if (!client->garbled && !finds_no_room(client) && !net_queue_add(&client->in, &character, 1))
         client->gone = true;
 }
 
+/* A letter of UTF-8 or noise, which makes the line unreadable: no pendant gives control in mid-line. */
+static bool is_in_line(const struct net_client *client) {
+    return client->in.count > client->whole || client->garbled || client->skips;
+}
+
 void net_hub_take_pendant(struct net_hub *hub, struct net_client *client, uint8_t byte) {
-    if (!net_line_is_realtime(byte)) {
+    if (!net_line_is_realtime(byte))
         take_character(hub, client, byte);
-        return;
-    }
-    if (byte == MPG_TOGGLE) {
+    else if (byte == MPG_TOGGLE && is_in_line(client))
+        client->garbled = true;
+    else if (byte == MPG_TOGGLE)
         toggle_mpg(hub, client);
-        return;
-    }
-    if ((byte == JOG_CANCEL || byte == '!') && hub->owner != NULL)
-        net_hub_call_off_jogs(hub->owner);
-    net_hub_put_realtime(hub, client, byte);
+    else
+        net_hub_put_realtime(hub, client, byte);
+}
+
+/* Its turn, or the newest of the operator's lines in a parked hold is its. */
+static bool may_move(const struct net_hub *hub, const struct net_client *client) {
+    const enum machine_reads now = reads(hub);
+    return hub->hand == client ||
+           (hub->operators == client && (now == MACHINE_READS_OPERATORS || now == MACHINE_READS_SOON));
 }
 
 void net_hub_doubt_pendant(struct net_hub *hub, struct net_client *client) {
-    if (hub->hand == client)
+    if (may_move(hub, client))
         net_hub_put_realtime(hub, client, JOG_CANCEL);
+}
+
+void net_hub_call_off_pendants_jogs(struct net_hub *hub) {
+    for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
+        if (net_hub_is_open(client) && net_hub_is_pendant(client))
+            net_hub_call_off_jogs(client);
 }
 
 /* ---- lines ---- */
@@ -135,70 +207,143 @@ static size_t first_line(const struct net_client *client) {
     return end == NULL ? client->whole : (size_t)(end + 1 - line);
 }
 
+static uint8_t first_byte(const struct net_client *client) {
+    return client->whole > 0 ? (uint8_t)*net_queue_head(&client->in) : MARK_UNREADABLE;
+}
+
+static bool is_marked(const struct net_client *client) {
+    const uint8_t first = first_byte(client);
+    return first == MARK_UNREADABLE || first == MARK_CALLED_OFF;
+}
+
+static void drop_line(struct net_client *client) {
+    const size_t size = first_line(client);
+    if (client->whole == 0)
+        client->lost_lines--;
+    net_queue_drop(&client->in, size);
+    client->whole -= size;
+}
+
+/* The first line, which was damaged or lost. */
+static void refuse_unreadable(struct net_hub *hub, struct net_client *client) {
+    const char *why = client->whole > 0 ? unreadable : too_many;
+    net_hub_refuse(hub, client, STATUS_LINE_TOO_LONG, client->told ? NULL : why);
+    client->told = true;
+    drop_line(client);
+}
+
 /* Each line has its answer, an empty one `ok`. */
-static void refuse_lines(struct net_hub *hub, struct net_client *client, enum status status,
-                         const char *why) {
-    while (client->whole > 0) {
-        const size_t size = first_line(client);
-        net_queue_drop(&client->in, size);
-        client->whole -= size;
-        if (size == 1) {
-            net_hub_say(hub, client, "ok\r\n", 4);
-            continue;
-        }
+static void refuse_line(struct net_hub *hub, struct net_client *client, enum status status, const char *why) {
+    if (first_byte(client) == MARK_UNREADABLE) {
+        refuse_unreadable(hub, client);
+        return;
+    }
+    client->told = false;
+    if (first_line(client) == 1) {
+        net_hub_say(hub, client, "ok\r\n", 4);
+    } else {
         net_hub_refuse(hub, client, status, client->explained ? NULL : why);
         client->explained = true;
     }
+    drop_line(client);
+}
+
+static bool has_room(const struct net_hub *hub, const struct net_client *client) {
+    return client->out.count < hub->sizes.out / 2;
+}
+
+/* Behind the answers to what it has inside. @return true: some were refused */
+static bool refuse_lines(struct net_hub *hub, struct net_client *client, enum status status,
+                         const char *why) {
+    bool any = false;
+    while (has_lines(client) && has_room(hub, client) && !(hub->hand == client && hub->inside_hand > 0)) {
+        refuse_line(hub, client, status, why);
+        any = true;
+    }
+    return any;
+}
+
+/* Lines of it that may be inside at the same time: there is room for their answers. While nothing moves and
+ * others wait it is one, or a turn of a pendant that never waits would never end. */
+static bool may_feed(const struct net_hub *hub, const struct net_client *client) {
+    const enum machine_reads now = reads(hub);
+    const bool yields = !hub->mpg && now != MACHINE_READS_NOTHING && others_wait(hub);
+    const size_t due = client->out.count + (hub->inside_hand + 1u) * (size_t)NET_ANSWER_MAX;
+    if (hub->hand_parked && now != MACHINE_READS_OPERATORS)
+        return false;
+    return hub->inside_hand < (yields ? 1 : UINT8_MAX) && due <= hub->sizes.out;
 }
 
 static bool feed_hand(struct net_hub *hub, struct net_client *client) {
-    const uint32_t before = hub->inside;
-    if (hub->inside_hand >= INSIDE_MAX || client->out.count >= hub->sizes.out / 2)
-        return false;
-    const size_t fed = net_hub_feed_lines(hub, &client->in, client->whole);
-    client->whole -= fed;
-    hub->inside_hand = (uint8_t)(hub->inside_hand + hub->inside - before);
-    return fed > 0;
+    bool any = false;
+    while (has_lines(client)) {
+        if (is_marked(client)) {
+            if (hub->inside_hand > 0 || !has_room(hub, client))
+                break;
+            refuse_line(hub, client, STATUS_PENDANT, hub->mpg ? NULL : no_control);
+            any = true;
+            continue;
+        }
+        if (!may_feed(hub, client))
+            break;
+        const uint32_t before = hub->inside;
+        const size_t fed = net_hub_feed_lines(hub, &client->in, first_line(client), before + 1);
+        client->whole -= fed;
+        client->told = false;
+        hub->inside_hand = (uint8_t)(hub->inside_hand + hub->inside - before);
+        hub->operators = hub->hand_parked ? client : NULL;
+        any |= fed > 0;
+        if (hub->inside == before)
+            break;
+    }
+    return any;
 }
 
 /* @return true: its lines were fed or refused */
 static bool look_at(struct net_hub *hub, struct net_client *client) {
     const enum machine_reads now = reads(hub);
-    if (hub->hand == client)
+    const bool in_turn = hub->hand == client, controls = hub->mpg && in_turn;
+    if (!controls && (client->stream.pendant == NET_PENDANT_MPG || hub->mpg))
+        return refuse_lines(hub, client, STATUS_PENDANT, hub->mpg ? in_control : no_control);
+    if (in_turn)
         return feed_hand(hub, client);
-    if (client->stream.pendant == NET_PENDANT_MPG || hub->mpg) {
-        refuse_lines(hub, client, STATUS_PENDANT, hub->mpg ? in_control : no_control);
-        return true;
-    }
-    if (hub->hand == NULL && hub->inside_hand == 0 && may_begin(hub, now)) {
-        hub->hand = client;
+    if (!hub->others_first && may_begin(hub, now)) {
+        begin_turn(hub, client, now);
         return feed_hand(hub, client);
     }
     if (now != MACHINE_READS_NOTHING || hub->hand != NULL)
         return false;
-    refuse_lines(hub, client, STATUS_PENDANT, busy);
-    return true;
+    return refuse_lines(hub, client, STATUS_PENDANT, busy);
 }
 
-/* What it has begun is done, and it has nothing more to say. */
+/* A sender that was lost meanwhile is missed from now on: what waits of it would run next. */
+static void end_hand(struct net_hub *hub) {
+    hub->hand = NULL;
+    if (hub->sender_lost && hub->ops->left != NULL)
+        hub->ops->left(hub->ctx, hub->left.count > 0);
+    hub->sender_lost = false;
+}
+
+/* What it has begun is done, and it has nothing more to say; or it has, and others wait. */
 static void end_turn(struct net_hub *hub) {
-    const enum machine_reads now = reads(hub);
-    if (hub->hand == NULL || hub->mpg || hub->inside_hand > 0 || hub->hand->whole > 0)
+    if (hub->hand == NULL || hub->mpg || hub->inside_hand > 0)
         return;
-    if (now == MACHINE_READS_LINES || now == MACHINE_READS_OPERATORS)
-        hub->hand = NULL;
+    if (!hub->hand_parked && reads(hub) != MACHINE_READS_LINES)
+        return;
+    if (!hub->hand_parked && has_lines(hub->hand) && !others_wait(hub))
+        return;
+    hub->others_first = others_wait(hub);
+    end_hand(hub);
 }
 
 bool net_hub_feed_pendants(struct net_hub *hub) {
     bool any = false;
     end_turn(hub);
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
-        if (net_hub_is_open(client) && net_hub_is_pendant(client) && client->whole > 0)
+        if (net_hub_is_open(client) && net_hub_is_pendant(client) && has_lines(client))
             any |= look_at(hub, client);
-    if (hub->mpg && hub->owner != NULL && hub->owner->whole > 0) {
-        refuse_lines(hub, hub->owner, STATUS_PENDANT, in_control);
-        any = true;
-    }
+    if (hub->mpg && hub->owner != NULL && hub->owner->whole > 0)
+        any |= refuse_lines(hub, hub->owner, STATUS_PENDANT, in_control);
     return any;
 }
 
@@ -206,10 +351,10 @@ bool net_hub_feed_pendants(struct net_hub *hub) {
 bool net_hub_waits_for_pendant(const struct net_hub *hub) {
     if (hub->hand != NULL || hub->inside_hand > 0)
         return true;
-    if (hub->owner != NULL && hub->owner->in_long)
+    if (hub->others_first || (hub->owner != NULL && hub->owner->in_long))
         return false;
     for (const struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
-        if (net_hub_is_open(client) && net_hub_is_pendant(client) && client->whole > 0)
+        if (net_hub_is_open(client) && net_hub_is_pendant(client) && has_lines(client))
             return true;
     return false;
 }
@@ -223,23 +368,37 @@ bool net_hub_is_for(const struct net_hub *hub, const struct net_client *client, 
 
 /* ---- ends ---- */
 
-void net_hub_forget_pendants(struct net_hub *hub) {
+/* What follows its own reset is a new line; of another one's, the rest of a line that no one takes. */
+static void forget_pendant(struct net_client *client, bool its_own) {
+    client->skips |= !its_own && client->in.count > client->whole;
+    client->garbled &= !its_own;
+    client->lost_lines = 0;
+    net_hub_drop_lines(client);
+}
+
+void net_hub_forget_pendants(struct net_hub *hub, const struct net_client *by) {
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
         if (net_hub_is_open(client) && net_hub_is_pendant(client))
-            net_hub_drop_lines(client);
+            forget_pendant(client, client == by);
     hub->inside_hand = 0;
+    hub->hand_parked = hub->others_first = hub->sender_lost = false;
+    hub->operators = NULL;
     if (!hub->mpg)
         hub->hand = NULL;
 }
 
 /* No one sees what it has started. Answers that are still due are no one's. */
 void net_hub_lose_pendant(struct net_hub *hub, struct net_client *client) {
-    if (hub->hand != client)
+    const bool moves = may_move(hub, client);
+    if (hub->operators == client)
+        hub->operators = NULL;
+    if (!moves)
         return;
     net_hub_drop_lines(client);
-    if (hub->mpg)
+    if (hub->hand == client)
         net_hub_end_mpg(hub);
-    hub->hand = NULL;
     if (hub->ops->pendant_left != NULL)
         hub->ops->pendant_left(hub->ctx);
+    if (hub->hand == client)
+        end_hand(hub);
 }

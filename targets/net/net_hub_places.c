@@ -58,7 +58,8 @@ bool net_hub_is_full(const struct net_hub *hub) {
 
 static void lose_sender(struct net_hub *hub) {
     hub->sender = NULL;
-    if (hub->ops->left != NULL)
+    hub->sender_lost = hub->hand != NULL;
+    if (hub->hand == NULL && hub->ops->left != NULL)
         hub->ops->left(hub->ctx, hub->left.count > 0);
 }
 

@@ -12,7 +12,7 @@
 enum { HUB_WIRES = 256 };
 
 struct wire {
-    char in[512], out[4096];
+    char in[512], out[20000];
     size_t in_count, out_count;
     bool closed, damaged;
 };
@@ -21,7 +21,7 @@ static struct access the_gate;
 static char got[1024], says[512];
 static size_t got_count;
 static unsigned owners_left;
-static bool full, waited;
+static bool full, waited, left_before_lines; /* ... : no line had come since fresh_lines() */
 static uint32_t clock_us;
 static const struct wire *stuck; /* takes no bytes */
 
@@ -87,6 +87,7 @@ static void left(void *ctx, bool lines_wait) {
     (void)ctx;
     owners_left++;
     waited = lines_wait;
+    left_before_lines = got_count == 0;
 }
 
 static enum machine_reads now_reads;

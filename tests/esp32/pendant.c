@@ -1,39 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * A pendant at the hub: whose turn it is, whose answers they are, control by 0x8B, and its end. The machine's
  * side of it is tested against `wificnc serve` (tests/serve/test_serve_pendant.py). */
-#include "hub_wires.h"
-
-enum { OWNER, PENDANT, WATCHER };
-
-static void begin_with(enum net_pendant kind) {
-    static const struct net_stream_ops ops = {.read = wire_read, .write = wire_write, .close = wire_close};
-    start("");
-    CHECK(come(OWNER, true));
-    const struct net_stream stream = {
-        .ops = &ops, .ctx = &wires[PENDANT], .local = true, .pendant = (uint8_t)kind};
-    CHECK(net_hub_connect(&hub, &stream, "pendant"));
-    CHECK(come(WATCHER, true));
-    send(OWNER, "\n");
-    strcpy(says, "ok\r\n");
-    round_trip();
-    CHECK(hub.owner == &hub.client[OWNER] && hub.inside == 0);
-    got_count = 0;
-    got[0] = '\0';
-    for (unsigned n = 0; n < 3; n++) {
-        wires[n].out_count = 0;
-        wires[n].out[0] = '\0';
-    }
-}
-
-static void machine_says(const char *text) {
-    strcpy(says, text);
-    round_trip();
-}
-
-static void fresh_lines(void) {
-    got_count = 0;
-    got[0] = '\0';
-}
+#include "hub_pendants.h"
 
 static void at_rest_its_line_is_read_and_answered_to_it_alone(void) {
     begin_with(NET_PENDANT_TERMINAL);

@@ -462,6 +462,21 @@ static void a_pendant_has_a_uart_of_its_own(void) {
     CHECK(its.ctx != stream.ctx);
 }
 
+/* A damaged byte that reads as 0x8B is none. */
+static void noise_takes_no_control(void) {
+    char bytes[8];
+    long count;
+    receive_unframed(0x8B);
+    uart.now_ns += 10000000;
+    interrupt_when_due();
+    bool reported = false;
+    while ((count = stream.ops->read(&stream, bytes, sizeof bytes)) != 0) {
+        reported |= count == NET_UNFRAMED;
+        CHECK(count < 0 || memchr(bytes, 0x8B, (size_t)count) == NULL);
+    }
+    CHECK(reported);
+}
+
 /* Arguments: the options of sdkconfig.defaults that are about the UART. */
 int main(int count, char **options) {
     for (int n = 1; n < count; n++)
@@ -471,6 +486,7 @@ int main(int count, char **options) {
     nothing_is_lost_while_flash_is_erased();
     a_line_with_a_damaged_byte_is_refused();
     a_line_with_a_lost_byte_is_refused();
+    noise_takes_no_control();
     a_pendant_has_a_uart_of_its_own();
     return report();
 }

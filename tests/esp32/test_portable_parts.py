@@ -31,6 +31,7 @@ PROGRAMS = {
     "trust": (),
     "qr": (),
     "pendant": (),
+    "pendant_turns": (),
     "reports": (),
     "rx_all": (),
     "websocket": (),

@@ -33,6 +33,7 @@ def serve(tmp_path: Path) -> Iterator[Serve]:
             store: Path | None = None,
             pendant: Door | None = None,
             pendant_kind: str = "terminal",
+            wmc3: str | None = None,
         ) -> Server:
             the_board = load_board(board)
             if pendant and the_board.pendant:
@@ -45,6 +46,7 @@ def serve(tmp_path: Path) -> Iterator[Serve]:
                 pty=tmp_path / "tty" if pty else None,
                 control=control,
                 key=key,
+                wmc3=wmc3,
                 store=store,
                 speed=speed,
                 settings=(*BASELINE, *settings),

@@ -23,6 +23,8 @@ enum { NO_FD = -1, USB_MAX = 512, UART_RX_FULL = 16, UART_RX_IDLE = 2 };
  * UART_RX_FULL bytes. */
 enum { UART_FIFO = 128, UART_EVENTS = 320 };
 
+enum { MPG_TOGGLE = 0x8B }; /* of a pendant (net_hub_pendant.c) */
+
 /* A pendant sends a line and waits for its answer. Short answers: it may say at any time that it reads no
  * more (XOFF). */
 enum { PENDANT_RX_SIZE = 1024, PENDANT_TX_SIZE = 256, PENDANT_EVENTS = 64 };
@@ -70,9 +72,9 @@ static void doubt(struct uart_line *line, size_t stashed) {
     line->spoils = false;
 }
 
-/* What noise must not do: start, resume, change a speed. Whatever stops is obeyed. */
+/* What noise must not do: start, resume, change a speed, take control. Whatever stops is obeyed. */
 static bool is_start(char byte) {
-    return byte == '~' || (uint8_t)byte >= RX_OVERRIDE_FIRST;
+    return byte == '~' || (uint8_t)byte == MPG_TOGGLE || (uint8_t)byte >= RX_OVERRIDE_FIRST;
 }
 
 /* Of the doubtful bytes one line at a time: each of them begins with NET_SPOILED, and so does the line after
