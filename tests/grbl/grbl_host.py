@@ -32,6 +32,12 @@ Outputs = HOST.struct("virtual_outputs")
 PUMP = {"pump_hz": 10_000, "pump_clock_hz": 20_000_000, "pump_ticks_min": 256, "pump_ticks_max": 262_143}
 
 
+def add_drivers(board: HostBoard, axes: int) -> None:
+    """TMC5160 in a chain."""
+    for axis in range(axes):
+        board.driver[axis] = TMC5160 | axis << 4 | axes << 12
+
+
 class Grbl:
     """One controller. Time advances only in the methods that say so."""
 
@@ -70,8 +76,7 @@ class Grbl:
             spindle_bus=spindle_bus,
             **PUMP if pump else {},
         )
-        for axis in range(axes * drivers):
-            board.driver[axis] = TMC5160 | axis << 4 | axes << 12
+        add_drivers(board, axes * drivers)
         self._host = LIB.host_open(ctypes.byref(board), str(store).encode() if store else None)
         assert self._host
         self.monitor = Monitor(LIB, self._host, checks)
