@@ -73,11 +73,14 @@ static void forget_resets(struct machine *machine) {
 /* What stops motion stops it immediately; the alarm waits until all that has the same cause is reported. */
 static bool stop(struct machine *machine, unsigned action) {
     struct machine_drivers *drivers = machine->board.drivers;
+    drivers->stops |= action == FAULT_ALARM;
     if (!trip_may(machine)) {
+        /* Nothing is to be stopped. An emergency stop often switches the motor supply off. */
+        if (drivers->stops)
+            trust_lose(&machine->trust, machine->trust.axes);
         drivers->stops = drivers->trip.on = false;
         return false;
     }
-    drivers->stops |= action == FAULT_ALARM;
     if (action == FAULT_HOLD && !drivers->stops)
         trip_hold(machine);
     if (!drivers->stops)
