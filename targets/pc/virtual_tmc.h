@@ -24,6 +24,8 @@ enum virtual_tmc_fault {
     VIRTUAL_TMC_UNDERVOLTAGE = 256,
     VIRTUAL_TMC_CROSSED = 512, /* its step wire is not its axis' */
     VIRTUAL_TMC_CUT = 1024, /* nothing of what the controller sends comes back: its receiver is not wired */
+    VIRTUAL_TMC_PARTLY = 2048, /* UART: answers are sound for IOIN and GSTAT only, as of two drivers with one
+                                  address whose other registers differ */
 };
 
 struct virtual_tmc {

@@ -12,7 +12,9 @@ from wificnc.sim.native import HostBoard, Tasks
 
 TMC2209, TMC5160, TMC2130 = 1, 2, 3
 KINDS = (TMC2209, TMC5160, TMC2130)
-NO_SUPPLY, UNWIRED, DEAF, NOISE, HOT, SHUT_DOWN, SHORT, OPEN, UNDERVOLTAGE, CROSSED, CUT = (1 << n for n in range(11))
+NO_SUPPLY, UNWIRED, DEAF, NOISE, HOT, SHUT_DOWN, SHORT, OPEN, UNDERVOLTAGE, CROSSED, CUT, PARTLY = (
+    1 << n for n in range(12)
+)
 STEPS_MM = 250.0  # $100 after a first start
 ROW = re.compile(r"\[DRIVER:([^\]]*)\]")
 GCONF, GSTAT, GLOBALSCALER, IHOLD_IRUN, TPWMTHRS, TCOOLTHRS = 0x00, 0x01, 0x0B, 0x10, 0x13, 0x14
