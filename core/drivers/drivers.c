@@ -187,15 +187,18 @@ static uint8_t counted(bool on, uint8_t count, unsigned most) {
 static void take_status(const struct drivers *drivers, struct driver *driver, uint32_t word) {
     const struct tmc_chip *chip = chip_of(drivers, drivers->now);
     const struct tmc_status status = tmc_status_of(chip, word);
+    /* A bit that is wrong on its way by SPI is not noticed: what is seen twice is a fault. */
+    const struct tmc_status sure = chip->uart ? status : tmc_status_of(chip, word & driver->word);
+    driver->word = word;
     driver->problems &= (uint16_t)~DRIVER_LOST;
     driver->lost = 0;
     driver->found = true;
     driver->status = status;
     if (!chip->uart)
         driver->load = status.stall;
-    set_problem(driver, DRIVER_SHORT, status.shorted);
-    set_problem(driver, DRIVER_SHUT_DOWN, status.shut_down);
-    set_problem(driver, DRIVER_HOT, status.hot && !status.shut_down);
+    set_problem(driver, DRIVER_SHORT, sure.shorted);
+    set_problem(driver, DRIVER_SHUT_DOWN, sure.shut_down);
+    set_problem(driver, DRIVER_HOT, sure.hot && !sure.shut_down);
     if (!drivers->moved)
         return;
     driver->unseen = counted(status.stands, driver->unseen, UNSEEN_MAX);
@@ -227,7 +230,13 @@ static void take_look(struct drivers *drivers, struct driver *driver, uint32_t v
         take_gstat(chip, driver, value);
         return;
     }
-    if (reg == TMC_CHOPCONF && value != value_of(drivers, drivers->now, reg)) {
+    const bool differs = reg == TMC_CHOPCONF && value != value_of(drivers, drivers->now, reg);
+    const bool again = differs && !chip->uart && !driver->doubted; /* by SPI it is looked at twice */
+    if (reg == TMC_CHOPCONF)
+        driver->doubted = again;
+    if (again)
+        return;
+    if (differs) {
         note_reset(driver);
         enter(driver, DRIVER_FIND);
         return;

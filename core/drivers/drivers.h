@@ -81,6 +81,8 @@ struct driver {
     uint16_t load;     /* StallGuard's result */
     uint32_t retry_us; /* when it was tried last */
     struct tmc_status status;
+    uint32_t word; /* SPI, which has no checksum: of DRV_STATUS at the last look ... */
+    bool doubted;  /* ... and CHOPCONF was another one at the last look */
     /* its axis */
     int32_t steps;
     uint32_t steps_us;

@@ -170,6 +170,11 @@ void virtual_tmc_spi(struct virtual_tmc *tmc, const uint8_t in[VIRTUAL_TMC_SPI_B
     put_value(out + 1, tmc->reply);
     if ((tmc->faults & VIRTUAL_TMC_NOISE) != 0)
         out[2] ^= 0x10;
+    if ((tmc->faults & VIRTUAL_TMC_GLITCH) != 0 && tmc->reply_of >= CHOPCONF) {
+        tmc->faults &= ~(unsigned)VIRTUAL_TMC_GLITCH;
+        out[1] ^= 0x08; /* short to ground; microsteps */
+    }
+    tmc->reply_of = in[0];
     if ((in[0] & 0x80) != 0) {
         tmc->reply = (tmc->faults & VIRTUAL_TMC_DEAF) != 0 ? 0 : value_at(in + 1);
         if ((tmc->faults & VIRTUAL_TMC_DEAF) == 0)

@@ -12,8 +12,8 @@ from wificnc.sim.native import HostBoard, Tasks
 
 TMC2209, TMC5160, TMC2130 = 1, 2, 3
 KINDS = (TMC2209, TMC5160, TMC2130)
-NO_SUPPLY, UNWIRED, DEAF, NOISE, HOT, SHUT_DOWN, SHORT, OPEN, UNDERVOLTAGE, CROSSED, CUT, PARTLY = (
-    1 << n for n in range(12)
+NO_SUPPLY, UNWIRED, DEAF, NOISE, HOT, SHUT_DOWN, SHORT, OPEN, UNDERVOLTAGE, CROSSED, CUT, PARTLY, GLITCH = (
+    1 << n for n in range(13)
 )
 STEPS_MM = 250.0  # $100 after a first start
 ROW = re.compile(r"\[DRIVER:([^\]]*)\]")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from driver_grbl import (
+    GLITCH,
     HOT,
     KINDS,
     NO_SUPPLY,
@@ -21,7 +22,7 @@ from driver_grbl import (
 from wificnc.sim.native import Tasks
 
 ALARM = "ALARM:54"
-LOOK_S = 0.06  # a driver of three is looked at every 36 ms
+LOOK_S = 0.1  # a driver of three is looked at every 36 ms, one by SPI twice
 
 
 @pytest.fixture(params=KINDS)
@@ -159,3 +160,15 @@ def test_fast_motion_is_not_taken_for_an_open_coil(kind: int) -> None:
     said = grbl.after(1.0)
     assert messages(said) == []
     assert grbl.state() == "Run"
+
+
+@pytest.mark.parametrize("kind", [TMC5160, TMC2130])
+def test_one_wrong_bit_on_a_bus_without_a_checksum_is_no_fault(kind: int) -> None:
+    grbl = moving(make(kind))
+    said = ""
+    for n in range(60):
+        grbl.faults(n % 3, GLITCH)
+        said += grbl.after(0.137)
+    assert said == ""
+    assert grbl.state() == "Run"
+    assert [row[-1] for row in grbl.rows()] == ["0"] * 3
