@@ -109,7 +109,7 @@ def test_undervoltage_that_lasts_cannot_be_unlocked(kind: int) -> None:
 
 @pytest.mark.parametrize("gap_ms", [108, 144])
 def test_single_steps_in_step_with_the_looks_are_seen(gap_ms: int) -> None:
-    """A look that is under way when a step comes says that the motor stands, and is right."""
+    """A look that is under way when a step comes says that the motor is at rest, and is right."""
     grbl = make(TMC2209)
     feed = f"F{60_000 / gap_ms / STEPS_MM:.5f}\n"
     for n in range(36):
