@@ -11,7 +11,8 @@
 #define SG_RESULT      0x41u  /* TMC2209: StallGuard's result */
 #define STOOD_US       60000u /* a driver reports standstill 84 ms after its last step */
 #define UNSEEN_MAX     4u     /* looks */
-#define OPEN_MAX       16u    /* looks: it is only sure in motion */
+#define OPEN_MAX       16u    /* looks: it is only sure in slow motion */
+#define SLOW_STEPS_S   300u   /* full steps */
 #define SPI_NOTHING    0xFFFFFFFFu
 #define VERSION_AT     24u
 
@@ -52,6 +53,13 @@ static bool is_lost(const struct driver *driver) {
 
 static bool is_busy(const struct driver *driver) {
     return !is_lost(driver) && driver->phase != DRIVER_WATCH;
+}
+
+/* The next request follows immediately: registers to be written, or it has answered again. */
+static bool goes_on(const struct driver *driver) {
+    const bool begins = is_busy(driver) && driver->lost == 0;
+    return begins || (driver->phase != DRIVER_FIND && driver->phase != DRIVER_WATCH) ||
+           (is_lost(driver) && driver->phase == DRIVER_WATCH);
 }
 
 bool drivers_are_busy(const struct drivers *drivers) {
@@ -99,6 +107,10 @@ static void choose_request(struct drivers *drivers) {
         drivers->reg = chip->writes[driver->at] | TMC_WRITE;
         drivers->value = value_of(drivers, drivers->now, chip->writes[driver->at]);
         break;
+    case DRIVER_CLEAR: /* nothing else: that it was reset must be seen */
+        drivers->reg = TMC_GSTAT | TMC_WRITE;
+        drivers->value = TMC_GSTAT_UNDERVOLTAGE;
+        break;
     case DRIVER_WATCH:
         drivers->reg = looks[driver->at];
         break;
@@ -142,9 +154,7 @@ static void note_reset(struct driver *driver) {
 
 static void watch(struct driver *driver) {
     enter(driver, DRIVER_WATCH);
-    driver->problems &= (uint16_t)~DRIVER_LOST;
-    driver->lost = driver->tries = 0;
-    driver->found = true;
+    driver->tries = 0;
 }
 
 static void take_gstat(const struct tmc_chip *chip, struct driver *driver, uint32_t gstat) {
@@ -157,6 +167,8 @@ static void take_gstat(const struct tmc_chip *chip, struct driver *driver, uint3
         driver->problems &= (uint16_t)~DRIVER_UNDERVOLTAGE;
     if (driver->want.current_ma != 0 && !driver->written)
         enter(driver, chip->uart ? DRIVER_COUNT : DRIVER_WRITE);
+    else if (driver->phase == DRIVER_WATCH && (gstat & TMC_GSTAT_UNDERVOLTAGE) != 0 && chip->latches)
+        enter(driver, DRIVER_CLEAR);
     else if (driver->phase == DRIVER_WATCH)
         next_look(chip, driver);
     else
@@ -171,41 +183,60 @@ static uint8_t counted(bool on, uint8_t count, unsigned most) {
     return on ? (uint8_t)(count < most ? count + 1u : most) : 0;
 }
 
-/* @param moved  its axis has made steps since the last look, which was a moment ago */
-static void take_status(const struct tmc_chip *chip, struct driver *driver, uint32_t word, bool moved) {
+/* Only now it is there: its version and its resets alone may be read from two with one address. */
+static void take_status(const struct drivers *drivers, struct driver *driver, uint32_t word) {
+    const struct tmc_chip *chip = chip_of(drivers, drivers->now);
     const struct tmc_status status = tmc_status_of(chip, word);
+    /* A bit that is wrong on its way by SPI is not noticed: what is seen twice is a fault. */
+    const struct tmc_status sure = chip->uart ? status : tmc_status_of(chip, word & driver->word);
+    driver->word = word;
+    driver->problems &= (uint16_t)~DRIVER_LOST;
+    driver->lost = 0;
+    driver->found = true;
     driver->status = status;
     if (!chip->uart)
         driver->load = status.stall;
-    set_problem(driver, DRIVER_SHORT, status.shorted);
-    set_problem(driver, DRIVER_SHUT_DOWN, status.shut_down);
-    set_problem(driver, DRIVER_HOT, status.hot && !status.shut_down);
-    if (!moved)
+    set_problem(driver, DRIVER_SHORT, sure.shorted);
+    set_problem(driver, DRIVER_SHUT_DOWN, sure.shut_down);
+    set_problem(driver, DRIVER_HOT, sure.hot && !sure.shut_down);
+    if (!drivers->moved)
         return;
     driver->unseen = counted(status.stands, driver->unseen, UNSEEN_MAX);
-    driver->open = counted(status.open_load && driver->written, driver->open, OPEN_MAX);
     set_problem(driver, DRIVER_OTHER_STEPS, driver->unseen == UNSEEN_MAX);
+    if (!drivers->slow)
+        return;
+    driver->open = counted(status.open_load && driver->written, driver->open, OPEN_MAX);
     set_problem(driver, DRIVER_OPEN, driver->open == OPEN_MAX);
 }
 
-/* Steps since the last look, and that was so short ago that a driver cannot have forgotten them. */
-static bool has_moved(const struct drivers *drivers, struct driver *driver, uint32_t now_us,
-                      const int32_t steps[AXIS_COUNT]) {
+/* Steps since the last look, and that was so short ago that a driver cannot have forgotten them. Before it is
+ * asked: a step that comes between its answer and the look at the position is none that it has not seen. */
+static void note_motion(struct drivers *drivers, uint32_t now_us, const int32_t steps[AXIS_COUNT]) {
+    struct driver *driver = &drivers->driver[drivers->now];
     const int32_t at = steps[drivers->wire[drivers->now].axis];
-    const bool moved = at != driver->steps && now_us - driver->steps_us <= STOOD_US && !drivers->squares;
+    const uint32_t past_us = now_us - driver->steps_us;
+    const uint32_t way =
+        at > driver->steps ? (uint32_t)at - (uint32_t)driver->steps : (uint32_t)driver->steps - (uint32_t)at;
+    drivers->moved = way != 0 && past_us <= STOOD_US && !drivers->squares;
+    drivers->slow = (uint64_t)way * 1000000u <= (uint64_t)past_us * SLOW_STEPS_S * driver->want.microsteps;
     driver->steps = at;
     driver->steps_us = now_us;
-    return moved;
 }
 
-static void take_look(const struct drivers *drivers, struct driver *driver, uint32_t value, bool moved) {
+static void take_look(const struct drivers *drivers, struct driver *driver, uint32_t value) {
     const struct tmc_chip *chip = chip_of(drivers, drivers->now);
     const uint8_t reg = looks[driver->at];
     if (reg == TMC_GSTAT) {
         take_gstat(chip, driver, value);
         return;
     }
-    if (reg == TMC_CHOPCONF && value != value_of(drivers, drivers->now, reg)) {
+    const bool differs = reg == TMC_CHOPCONF && value != value_of(drivers, drivers->now, reg);
+    const bool again = differs && !chip->uart && !driver->doubted; /* by SPI it is looked at twice */
+    if (reg == TMC_CHOPCONF)
+        driver->doubted = again;
+    if (again)
+        return;
+    if (differs) {
         note_reset(driver);
         enter(driver, DRIVER_FIND);
         return;
@@ -213,7 +244,7 @@ static void take_look(const struct drivers *drivers, struct driver *driver, uint
     if (reg == SG_RESULT)
         driver->load = (uint16_t)(value & 0x3FFu);
     if (reg == TMC_DRV_STATUS)
-        take_status(chip, driver, value, moved);
+        take_status(drivers, driver, value);
     next_look(chip, driver);
 }
 
@@ -236,12 +267,11 @@ static void find(struct drivers *drivers, struct driver *driver, uint32_t value,
     } else if ((value >> VERSION_AT & 0xFFu) != chip->version) {
         lose(drivers, driver, DRIVER_OTHER_CHIP, now_us);
     } else {
-        driver->lost = (uint8_t)(is_lost(driver) ? driver->lost : 0);
         enter(driver, DRIVER_RESET);
     }
 }
 
-static void take_answer(struct drivers *drivers, uint32_t value, uint32_t now_us, bool moved) {
+static void take_answer(struct drivers *drivers, uint32_t value, uint32_t now_us) {
     struct driver *driver = &drivers->driver[drivers->now];
     const struct tmc_chip *chip = chip_of(drivers, drivers->now);
     switch ((enum driver_phase)driver->phase) {
@@ -273,7 +303,10 @@ static void take_answer(struct drivers *drivers, uint32_t value, uint32_t now_us
             write_again(drivers, driver, now_us);
         break;
     case DRIVER_WATCH:
-        take_look(drivers, driver, value, moved);
+        take_look(drivers, driver, value);
+        break;
+    case DRIVER_CLEAR:
+        watch(driver);
         break;
     }
 }
@@ -339,17 +372,17 @@ static enum outcome look_spi(struct drivers *drivers, struct hal *hal, uint32_t 
     }
     *value = tmc_spi_value(drivers->received, wire->chain, wire->address, &status);
     const bool nothing = (*value == 0 && status == 0) || (*value == SPI_NOTHING && status == UINT8_MAX);
-    const bool reads = (drivers->reg & TMC_WRITE) == 0;
-    return nothing && reads && drivers->driver[drivers->now].phase == DRIVER_WATCH ? FAILED : ANSWERED;
+    /* In motion GSTAT and the status of a sound driver are all zeros. */
+    const bool is_sure =
+        drivers->driver[drivers->now].phase == DRIVER_WATCH && (drivers->reg != TMC_GSTAT || *value != 0);
+    return nothing && is_sure ? FAILED : ANSWERED;
 }
 
 /* Who is next: a driver that is being written continues, a lost one is tried from time to time. */
 static bool choose(struct drivers *drivers, uint32_t now_us) {
     const struct driver *driver = &drivers->driver[drivers->now];
-    if (is_busy(driver) && driver->lost == 0)
+    if (goes_on(driver))
         return true;
-    if (is_lost(driver) && driver->phase != DRIVER_FIND)
-        return true; /* it has answered again */
     if (now_us - drivers->looked_us < DRIVER_POLL_US)
         return false;
     for (unsigned n = 1; n <= drivers->count; n++) {
@@ -364,13 +397,12 @@ static bool choose(struct drivers *drivers, uint32_t now_us) {
     return false;
 }
 
-static void close(struct drivers *drivers, enum outcome outcome, uint32_t value, uint32_t now_us,
-                  bool moved) {
+static void close(struct drivers *drivers, enum outcome outcome, uint32_t value, uint32_t now_us) {
     drivers->open = drivers->second = false;
     if (outcome == FAILED)
         lose(drivers, &drivers->driver[drivers->now], why_lost(drivers), now_us);
     else
-        take_answer(drivers, value, now_us, moved);
+        take_answer(drivers, value, now_us);
 }
 
 bool drivers_poll(struct drivers *drivers, struct hal *hal, uint32_t now_us, drivers_position *position,
@@ -381,7 +413,10 @@ bool drivers_poll(struct drivers *drivers, struct hal *hal, uint32_t now_us, dri
     if (!drivers->open) {
         if (!choose(drivers, now_us))
             return false;
+        int32_t steps[AXIS_COUNT] = {0};
         choose_request(drivers);
+        position(ctx, steps);
+        note_motion(drivers, now_us, steps);
         send(drivers, hal, now_us);
         return true;
     }
@@ -391,13 +426,7 @@ bool drivers_poll(struct drivers *drivers, struct hal *hal, uint32_t now_us, dri
         uart ? look_uart(drivers, now_us, &value) : look_spi(drivers, hal, now_us, &value);
     if (outcome == WAITS)
         return false;
-    bool moved = false;
-    if (drivers->driver[drivers->now].phase == DRIVER_WATCH && outcome == ANSWERED) {
-        int32_t steps[AXIS_COUNT] = {0};
-        position(ctx, steps);
-        moved = has_moved(drivers, &drivers->driver[drivers->now], now_us, steps);
-    }
-    close(drivers, outcome, value, now_us, moved);
+    close(drivers, outcome, value, now_us);
     return true;
 }
 
@@ -411,7 +440,7 @@ uint32_t drivers_wait_us(const struct drivers *drivers, uint32_t now_us) {
     if (drivers->open)
         return ANSWER_LOOK_US;
     const struct driver *driver = &drivers->driver[drivers->now];
-    if ((is_busy(driver) && driver->lost == 0) || (is_lost(driver) && driver->phase != DRIVER_FIND))
+    if (goes_on(driver))
         return 0;
     uint32_t least_us = UINT32_MAX;
     for (unsigned n = 0; n < drivers->count; n++) {

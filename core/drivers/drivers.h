@@ -62,6 +62,7 @@ enum driver_phase {
     DRIVER_COUNTED,
     DRIVER_READ_BACK,
     DRIVER_WATCH,
+    DRIVER_CLEAR, /* a flag that stays until it is cleared */
 };
 
 struct driver {
@@ -69,7 +70,7 @@ struct driver {
     uint16_t problems; /* enum driver_problem */
     uint8_t phase;     /* enum driver_phase */
     uint8_t at;        /* which write, or which look */
-    uint8_t lost;      /* answers in a row */
+    uint8_t lost;      /* answers since the last look at its status */
     uint8_t tries;     /* of writing everything */
     uint8_t count;     /* IFCNT before the writes */
     uint8_t resets;    /* since power-on, 255 at most */
@@ -80,6 +81,8 @@ struct driver {
     uint16_t load;     /* StallGuard's result */
     uint32_t retry_us; /* when it was tried last */
     struct tmc_status status;
+    uint32_t word; /* SPI, which has no checksum: of DRV_STATUS at the last look ... */
+    bool doubted;  /* ... and CHOPCONF was another one at the last look */
     /* its axis */
     int32_t steps;
     uint32_t steps_us;
@@ -94,6 +97,8 @@ struct drivers {
     uint8_t now;    /* whose turn it is */
     bool open;      /* a transfer is under way */
     bool second;    /* SPI: it is the one that brings the answer */
+    bool moved;     /* when the request was sent, its axis had made steps since the last look, a moment ago */
+    bool slow;      /* ... and slowly */
     uint8_t reg;    /* of the request; with TMC_WRITE: a write */
     uint32_t value; /* to be written */
     uint32_t from_us, looked_us;

@@ -53,6 +53,7 @@ static const struct tmc_chip chips[TMC_KINDS] = {
                   .full_mv = 325,
                   .fine_mv = 180},
     [TMC_5160] = {.name = "TMC5160",
+                  .latches = true,
                   .version = 0x30,
                   .ioin = TMC_SPI_IOIN,
                   .write_count = sizeof writes_5160,

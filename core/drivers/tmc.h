@@ -51,6 +51,7 @@ struct tmc_chip {
     const char *name;
     bool uart;               /* else SPI */
     bool clears_by_reading;  /* GSTAT; else by writing ones */
+    bool latches;            /* undervoltage in GSTAT; else it shows what is now */
     uint8_t version;         /* the high byte of IOIN */
     uint8_t ioin;            /* where that is */
     uint8_t write_count;     /* of `writes`, in this order */

@@ -41,6 +41,15 @@ static void tell_off(struct machine *machine) {
         driver_list_message(machine, off, "it is off until $140 .. sets its current");
 }
 
+/* A motor that does not turn, or a driver that does not show a stall, makes homing find a wrong place: that
+ * is an alarm whatever $746 is, also for a fault that is older. */
+static bool spoils_homing(const struct machine *machine, unsigned n, uint16_t problems) {
+    const unsigned ax = motor_drivers_axis(machine, n);
+    return machine->life.state == MACHINE_HOME && ax < AXIS_COUNT &&
+           (machine->homing.asked >> ax & 1u) != 0 && motor_drivers_have_current(machine, n) &&
+           (problems & ~(unsigned)DRIVER_WARNINGS) != 0;
+}
+
 /* Problems that have not stopped motion yet. @return enum: what they lead to */
 static unsigned weigh(struct machine *machine) {
     struct machine_drivers *drivers = machine->board.drivers;
@@ -48,9 +57,11 @@ static unsigned weigh(struct machine *machine) {
     const enum machine_state state = machine->life.state;
     const bool moves = state == MACHINE_RUN || state == MACHINE_JOG || state == MACHINE_HOME;
     unsigned action = FAULT_MESSAGE;
+    bool homes_wrong = false;
     for (unsigned n = 0; n < drivers->set.count; n++) {
         const uint16_t problems = motor_drivers_problems(machine, n);
         uint16_t fresh = motor_drivers_fresh(problems, drivers->acted[n]);
+        homes_wrong |= spoils_homing(machine, n, problems);
         /* One that was never there loses nothing until something moves. */
         if ((problems & DRIVER_LOST) != 0 && !drivers->set.driver[n].found)
             fresh = moves ? (uint16_t)(problems & DRIVER_LOST) : 0;
@@ -60,6 +71,8 @@ static unsigned weigh(struct machine *machine) {
         const unsigned wanted = (fresh & ~(unsigned)DRIVER_WARNINGS) != 0 ? FAULT_ALARM : FAULT_HOLD;
         action = wanted > action ? wanted : action;
     }
+    if (homes_wrong)
+        return FAULT_ALARM;
     return action < most ? action : most;
 }
 
@@ -73,11 +86,14 @@ static void forget_resets(struct machine *machine) {
 /* What stops motion stops it immediately; the alarm waits until all that has the same cause is reported. */
 static bool stop(struct machine *machine, unsigned action) {
     struct machine_drivers *drivers = machine->board.drivers;
+    drivers->stops |= action == FAULT_ALARM;
     if (!trip_may(machine)) {
+        /* Nothing is to be stopped. An emergency stop often switches the motor supply off. */
+        if (drivers->stops)
+            trust_lose(&machine->trust, machine->trust.axes);
         drivers->stops = drivers->trip.on = false;
         return false;
     }
-    drivers->stops |= action == FAULT_ALARM;
     if (action == FAULT_HOLD && !drivers->stops)
         trip_hold(machine);
     if (!drivers->stops)

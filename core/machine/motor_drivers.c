@@ -162,20 +162,21 @@ bool motor_drivers_is_faulty(const struct machine *machine) {
 
 bool motor_drivers_tell(struct machine *machine, bool now) {
     struct machine_drivers *drivers = machine->board.drivers;
-    uint16_t fresh[DRIVER_COUNT_MAX] = {0};
     unsigned any = 0;
     for (unsigned n = 0; n < drivers->set.count; n++) {
-        fresh[n] = motor_drivers_fresh(motor_drivers_problems(machine, n), drivers->told[n]);
-        any |= fresh[n];
+        const uint16_t known = drivers->told[n] | drivers->pending[n];
+        drivers->pending[n] |= motor_drivers_fresh(motor_drivers_problems(machine, n), known);
+        any |= drivers->pending[n];
     }
     if (any != 0 && !drivers->due)
         timer_start(machine, &drivers->gather, GATHER_US);
     drivers->due = any != 0;
     if (any == 0 || (!now && timer_runs(machine, &drivers->gather)))
         return false;
-    driver_list_problems(machine, fresh);
+    driver_list_problems(machine, drivers->pending);
     for (unsigned n = 0; n < drivers->set.count; n++)
-        drivers->told[n] |= fresh[n];
+        drivers->told[n] |= drivers->pending[n];
+    memset(drivers->pending, 0, sizeof drivers->pending);
     drivers->due = false;
     return true;
 }

@@ -13,10 +13,11 @@
  * (drivers_init()). */
 struct machine_drivers {
     struct drivers set;
-    uint16_t told[DRIVER_COUNT_MAX];  /* problems that were reported */
-    uint16_t acted[DRIVER_COUNT_MAX]; /* ... and those that have stopped motion */
-    bool off_told;                    /* that drivers have no current yet */
-    bool due;                         /* a problem is new: others may follow within `gather` */
+    uint16_t told[DRIVER_COUNT_MAX];    /* problems that were reported */
+    uint16_t pending[DRIVER_COUNT_MAX]; /* ... those that will be, even if they are over by then */
+    uint16_t acted[DRIVER_COUNT_MAX];   /* ... and those that have stopped motion */
+    bool off_told;                      /* that drivers have no current yet */
+    bool due;                           /* a problem is new: others may follow within `gather` */
     struct machine_timer gather;
     bool stops; /* motion stops, and an alarm follows */
     struct machine_trip trip;

@@ -32,6 +32,8 @@ void virtual_tmc_reset(struct virtual_tmc *tmc) {
 void virtual_tmc_set_faults(struct virtual_tmc *tmc, unsigned faults) {
     if ((tmc->faults & VIRTUAL_TMC_NO_SUPPLY) != 0 && (faults & VIRTUAL_TMC_NO_SUPPLY) == 0)
         virtual_tmc_reset(tmc);
+    if (tmc->kind == IS_5160 && (faults & VIRTUAL_TMC_UNDERVOLTAGE) != 0)
+        tmc->registers[GSTAT] |= 4u; /* until a one is written */
     tmc->faults = faults;
 }
 
@@ -152,7 +154,8 @@ size_t virtual_tmc_uart(struct virtual_tmc *tmc, const uint8_t *bytes, size_t co
     answer[2] = bytes[2];
     put_value(answer + 3, read_register(tmc, bytes[2], now_ticks, timer_hz));
     answer[7] = crc_of(answer, 7);
-    if ((tmc->faults & VIRTUAL_TMC_NOISE) != 0)
+    const bool partly = (tmc->faults & VIRTUAL_TMC_PARTLY) != 0 && bytes[2] != UART_IOIN && bytes[2] != GSTAT;
+    if ((tmc->faults & VIRTUAL_TMC_NOISE) != 0 || partly)
         answer[4] ^= 0x10;
     return VIRTUAL_TMC_UART_BYTES;
 }
@@ -167,6 +170,11 @@ void virtual_tmc_spi(struct virtual_tmc *tmc, const uint8_t in[VIRTUAL_TMC_SPI_B
     put_value(out + 1, tmc->reply);
     if ((tmc->faults & VIRTUAL_TMC_NOISE) != 0)
         out[2] ^= 0x10;
+    if ((tmc->faults & VIRTUAL_TMC_GLITCH) != 0 && tmc->reply_of >= CHOPCONF) {
+        tmc->faults &= ~(unsigned)VIRTUAL_TMC_GLITCH;
+        out[1] ^= 0x08; /* short to ground; microsteps */
+    }
+    tmc->reply_of = in[0];
     if ((in[0] & 0x80) != 0) {
         tmc->reply = (tmc->faults & VIRTUAL_TMC_DEAF) != 0 ? 0 : value_at(in + 1);
         if ((tmc->faults & VIRTUAL_TMC_DEAF) == 0)

@@ -24,6 +24,9 @@ enum virtual_tmc_fault {
     VIRTUAL_TMC_UNDERVOLTAGE = 256,
     VIRTUAL_TMC_CROSSED = 512, /* its step wire is not its axis' */
     VIRTUAL_TMC_CUT = 1024, /* nothing of what the controller sends comes back: its receiver is not wired */
+    VIRTUAL_TMC_PARTLY = 2048, /* UART: answers are sound for IOIN and GSTAT only, as of two drivers with one
+                                  address whose other registers differ */
+    VIRTUAL_TMC_GLITCH = 4096, /* SPI: one bit of one answer is wrong, of DRV_STATUS or CHOPCONF */
 };
 
 struct virtual_tmc {
@@ -33,6 +36,7 @@ struct virtual_tmc {
     uint32_t registers[128];
     uint8_t accepted;    /* IFCNT */
     uint32_t reply;      /* SPI: what the next transfer returns */
+    uint8_t reply_of;    /* ... the register of that */
     uint64_t step_ticks; /* of the last step; 0: none yet */
     bool backwards;      /* ... was one */
     uint64_t gap_ticks;  /* from the one before to it */

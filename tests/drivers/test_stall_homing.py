@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from driver_grbl import GCONF, KINDS, SGTHRS, STEPS_MM, TCOOLTHRS, TMC2209, DriverGrbl, make
+from driver_grbl import GCONF, HOT, KINDS, SGTHRS, SHORT, STEPS_MM, TCOOLTHRS, TMC2209, UNWIRED, DriverGrbl, make
+from wificnc.sim.native import Tasks
 
 HOMING = ("$22=1", "$23=0", "$24=1500", "$25=2400", "$26=10", "$27=2", "$44=7", "$45=0")
 STALL = tuple(f"$25{ax}=80" for ax in range(3))
@@ -11,8 +12,8 @@ LOW, HIGH = -100_000, 20_000
 OWN_SLOWEST = 60 * 100 * 16 / STEPS_MM  # half a turn: 100 full steps in a second
 
 
-def ready(kind: int, *more: str) -> DriverGrbl:
-    grbl = make(kind, *HOMING, *STALL, *more)
+def ready(kind: int, *more: str, tasks: Tasks = Tasks.FREE) -> DriverGrbl:
+    grbl = make(kind, *HOMING, *STALL, *more, tasks=tasks)
     for ax in range(3):
         grbl.travel(ax, LOW, HIGH)
     return grbl
@@ -57,3 +58,65 @@ def test_it_needs_diag_and_a_current() -> None:
     assert grbl.after(0.5, "$H\n") == "error:199\r\n"
     grbl = make(TMC2209, *HOMING, *STALL, "$140=0")
     assert grbl.after(0.5, "$H\n") == "error:199\r\n"
+
+
+@pytest.mark.parametrize("action", [0, 1, 2])
+@pytest.mark.parametrize("fault", [UNWIRED, SHORT])
+@pytest.mark.parametrize("tasks", [Tasks.FREE, Tasks.ESP32, Tasks.PIC32MZ])
+def test_a_fault_while_it_homes_is_an_alarm_whatever_the_setting_is(tasks: Tasks, fault: int, action: int) -> None:
+    """Its end is not found, or found where the motor was left."""
+    grbl = ready(TMC2209, f"$746={action}", tasks=tasks)
+    grbl.after(0.5, "$H\n")
+    grbl.faults(0, fault)
+    said = grbl.until("ALARM:54", 1.0)[0]
+    assert said.count("[MSG:Driver X: ") == 1
+    grbl.after(1.0)
+    before = grbl.stands()
+    grbl.faults(0, 0)
+    said = grbl.after(2.0, "\x18")
+    assert "|H:0,0>" in grbl.status()
+    assert grbl.stands() == before
+
+
+@pytest.mark.parametrize("action", [0, 1])
+def test_it_does_not_begin_with_a_driver_that_does_not_show_a_stall(action: int) -> None:
+    grbl = ready(TMC2209, f"$746={action}")
+    grbl.faults(0, UNWIRED)
+    grbl.after(1.0)
+    grbl.after(1.0, "~")
+    before = grbl.stands()
+    assert "ALARM:54" in grbl.after(2.0, "$H\n")
+    assert grbl.stands() == before
+
+
+def test_a_fault_of_an_axis_that_does_not_home_leaves_that_to_the_setting() -> None:
+    grbl = ready(TMC2209, "$746=0", "$45=2", "$44=1", "$46=4")
+    grbl.faults(1, SHORT)
+    grbl.after(1.0)
+    assert "ok\r\n" in grbl.after(40.0, "$HX\n")
+
+
+def test_a_warning_does_not_end_homing() -> None:
+    grbl = ready(TMC2209)
+    grbl.after(0.5, "$H\n")
+    grbl.faults(0, HOT)
+    assert "ok\r\n" in grbl.after(40.0)
+
+
+def test_diag_that_never_comes_ends_at_one_and_a_half_travels() -> None:
+    grbl = make(TMC2209, *HOMING, *STALL, "$130=100", "$131=100", "$132=100")
+    for ax in range(3):
+        grbl.travel(ax, -10_000_000, 10_000_000)
+    assert "ALARM:9\r\n" in grbl.after(40.0, "$H\n")
+    assert max(abs(steps) for steps in grbl.position()) <= 151 * STEPS_MM
+    assert "|H:0,0>" in grbl.status()
+
+
+def test_diag_that_is_always_there_ends_after_a_pull_off() -> None:
+    grbl = make(TMC2209, *HOMING, *STALL, "$44=1", "$45=2", "$46=4")
+    for ax in range(3):
+        grbl.travel(ax, -10_000_000, 10_000_000)
+    grbl.input("limit-max-x", True)
+    assert "ALARM:8\r\n" in grbl.after(40.0, "$HX\n")
+    assert abs(grbl.position()[0]) <= 3 * STEPS_MM
+    assert "|H:0,0>" in grbl.status()

@@ -20,6 +20,7 @@ struct driver_bus {
     uart_port_t port;
     spi_device_handle_t device[DRIVER_COUNT_MAX];
     spi_device_handle_t selected; /* of the transfer that is under way; NULL: none is */
+    bool late; /* ... which was given up: what it returns is no answer to what was asked since */
     spi_transaction_t transfer;
     uint8_t sent[TMC_BYTES_MAX], received[TMC_BYTES_MAX];
 };
@@ -69,10 +70,12 @@ static bool end_transfer(void) {
     return bus->selected == NULL;
 }
 
-/* A transfer that was given up is not over: the next one is lost, too, and tried again later. */
+/* A transfer that was given up is not over, as when interrupts were off for long: the next one is lost, too,
+ * and tried again later. */
 static void send_spi(struct hal *hal, uint8_t select, const uint8_t *bytes, size_t count) {
     (void)hal;
-    if (!end_transfer() || count > sizeof bus->sent || select >= DRIVER_COUNT_MAX)
+    bus->late = !end_transfer();
+    if (bus->late || count > sizeof bus->sent || select >= DRIVER_COUNT_MAX)
         return;
     memcpy(bus->sent, bytes, count);
     memset(&bus->transfer, 0, sizeof bus->transfer);
@@ -87,7 +90,7 @@ static size_t receive_spi(struct hal *hal, uint8_t *bytes, size_t size) {
     (void)hal;
     const bool under_way = bus->selected != NULL;
     const size_t count = bus->transfer.length / BITS;
-    if (!under_way || !end_transfer())
+    if (!under_way || !end_transfer() || bus->late)
         return 0;
     memcpy(bytes, bus->received, count < size ? count : size);
     return count < size ? count : size;
