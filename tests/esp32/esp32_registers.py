@@ -19,7 +19,10 @@ from wificnc.build.objects import Unit, compile_stale
 HERE = Path(__file__).parent
 ROOT = checkout_root()
 ESP32 = ROOT / "targets" / "esp32"
-INCLUDES = (HERE / "registers", ESP32, ROOT / "targets" / "chip", ROOT / "core", ESP32 / "test" / "idf_api", HERE)
+INCLUDES = (
+    *(HERE / "registers", ESP32, ROOT / "targets" / "chip", ROOT / "targets" / "net", ROOT / "core"),
+    *(ESP32 / "test" / "idf_api", HERE),
+)
 FLAGS = ("-std=gnu11", "-O1", "-Wall", "-Wextra", "-Werror", "-ffp-contract=off")
 
 
