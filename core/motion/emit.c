@@ -4,13 +4,14 @@
 #include "base/debug.h"
 #include "motion/emit_place.h"
 #include "motion/emit_power.h"
-#include "motion/emit_sample.h"
+#include "motion/emit_stop.h"
 #include "motion/forward.h"
 
 #include <math.h>
 #include <string.h>
 
-#define MIN_SAMPLE_S  0.0002f /* of shaped motion */
+#define LINE_SAMPLE_S 0.004f  /* of a segment, on a straight part that continues for longer */
+#define MIN_SAMPLE_S  0.0002f /* where the acceleration changes */
 #define REST_NS       1000u   /* less of it at the end of a sample is rounding */
 #define GEAR_SAMPLE_S 0.002f  /* of motion that follows the spindle */
 #define ENOUGH_MM     0.5f  /* and a little more than the way to a stop: no more of the path is needed yet */
@@ -19,7 +20,7 @@
 #define SHORT_UNITS   0x1p31f                 /* of HISTORY_STEP: they fit a word */
 #define MAX_DWELL_NS  20000000u               /* of one dwell segment */
 #define END_S         0.05f                   /* and so much: the end of the path is the stop */
-#define PORTION 5u /* stretches of the path in a batch that one poll makes; a segment counts as one more, */
+#define PORTION 7u /* stretches of the path in a batch that one poll makes; a segment counts as one more, */
 #define SHAPED_WORK 3u /* and if a shaper makes it as so many more again */
 
 void emit_init(struct emit *emit, struct plan *plan, struct ahead *ahead) {
@@ -189,10 +190,6 @@ bool emit_wants_more(const struct emit *emit) {
     return is_near_end(emit, 2.0f, ENOUGH_MM); /* some of it bends */
 }
 
-bool emit_nears_end(const struct emit *emit) {
-    return is_near_end(emit, 3.0f, 2.0f * ENOUGH_MM);
-}
-
 /* A place of an axis, as exactly_on(). */
 static int64_t in_units(double place_mm, float steps_per_mm) {
     double units = (place_mm * (double)steps_per_mm + 0.5) * (double)HISTORY_STEP;
@@ -254,12 +251,67 @@ static uint8_t segment_flags(uint8_t motion_flags) {
     return flags;
 }
 
+/* What a segment says of itself besides its motion must be the same all through it. */
+static bool is_other(const struct piece *a, const struct piece *b) {
+    return a->flags != b->flags || a->note != b->note;
+}
+
+static float sample_s(const struct emit *emit, const struct piece *piece) {
+    bool stops = emit->stop != AHEAD_GO;
+    float line_s = stops ? emit->stop_most_s : LINE_SAMPLE_S;
+    float left_mm = piece->length_mm - piece->tangent_mm - emit->along_mm;
+    float longest_mm = (emit->v_mm_s + (stops ? 0.0f : piece->accel_mm_s2 * line_s)) * line_s;
+    if (emit->stop == AHEAD_STOP)
+        return emit_stop_sample_s(emit);
+    return !emit->on_blend && left_mm > 1.5f * longest_mm ? line_s : emit->plan->curve_s;
+}
+
+/* Travel for one sample, or to a stop, or to where another kind of motion begins. @return s */
+static float travel_sample(struct emit *emit, const struct piece *piece) {
+    float most_s = sample_s(emit, path_piece(&emit->plan->path, emit->plan->path.tail)), time_s = 0.0f;
+    while (time_s < most_s) {
+        if (emit->stop == AHEAD_GO && !emit->hold && !plan_is_timed(emit->plan, 0))
+            (void)plan_time(emit->plan, UINT32_MAX);
+        float asked_s = most_s - time_s, took_s = travel(emit, asked_s);
+        emit->work++;
+        time_s += took_s;
+        if (travel_ends(emit) || !emit->entered)
+            break;
+        if (time_s >= most_s || is_other(piece, travel_piece(emit)))
+            break;
+        if (emit->stop == AHEAD_STOP)
+            most_s = min_f(most_s, emit_stop_sample_s(emit));
+        else if (!emit->on_blend && took_s < asked_s) { /* the acceleration changes here */
+            if (time_s > MIN_SAMPLE_S)
+                break;
+            most_s = emit->plan->curve_s;
+        }
+    }
+    return time_s;
+}
+
+/* Travel for this time, or to an exact stop. @return s */
+static float travel_time(struct emit *emit, float time_s) {
+    const struct path *path = &emit->plan->path;
+    float left_s = time_s;
+    while (left_s > 0.0f && !travel_ends(emit)) {
+        if (emit->stop == AHEAD_GO && !emit->hold && !plan_is_timed(emit->plan, 0))
+            (void)plan_time(emit->plan, UINT32_MAX);
+        left_s -= travel(emit, left_s);
+        emit->work++;
+        if (!emit->entered && (path->pieces[(path->tail - 1) & (PLAN_SIZE - 1)].flags & PIECE_STOP) != 0)
+            break;
+    }
+    return time_s - left_s;
+}
+
 /* Where the path has come to; at a stop, exactly there. @return the piece that says what this is */
 static const struct piece *find_place(struct emit *emit, int64_t at[CORE_AXES]) {
     struct path *path = &emit->plan->path;
     bool stop = !emit->entered;
     const struct piece *last = path_piece(path, stop ? path->tail - 1 : path->tail);
-    emit->path_mm_s = stop ? 0.0f : travel_mm_s(emit);
+    if (stop)
+        emit->path_mm_s = 0.0f;
     if (stop && (last->flags & PIECE_STOP) != 0)
         take_stop(emit, at);
     else
@@ -293,7 +345,7 @@ static int16_t ramp(float v0, float v1) {
 
 static void make_sample(struct emit *emit, struct segment *segment) {
     const struct piece *piece = travel_piece(emit);
-    float v0 = emit->v_mm_s, time_s = emit_travel_sample(emit, piece);
+    float v0 = emit->v_mm_s, time_s = travel_sample(emit, piece);
     int64_t at[CORE_AXES] = {0};
     segment->flags = segment_flags(piece->flags);
     segment->line = find_place(emit, at)->line;
@@ -319,7 +371,7 @@ static const struct piece *travel_shaped(struct emit *emit, int64_t at[SHAPER_LA
         *time_s = max_f(min_f(*time_s, left_s), MIN_SAMPLE_S);
         return piece;
     }
-    *took_s = emit_travel_time(emit, *time_s);
+    *took_s = travel_time(emit, *time_s);
     *time_s = max_f(*took_s, MIN_SAMPLE_S);
     piece = find_place(emit, at);
     at[SHAPER_PLACE] += (int32_t)(travel_power_place(emit) - (uint32_t)at[SHAPER_PLACE]);
@@ -438,13 +490,6 @@ static void make_dwell(struct emit *emit, struct segment *segment) {
     emit->dwelt_ns += segment->duration_ns;
 }
 
-static void make_motion(struct emit *emit, struct segment *segment) {
-    if (shaper_is_on(emit->shaper))
-        make_shaped(emit, segment);
-    else
-        make_sample(emit, segment);
-}
-
 /* ---- as a source of segments ---- */
 
 static bool make(void *ctx, struct segment *segment) {
@@ -458,12 +503,14 @@ static bool make(void *ctx, struct segment *segment) {
     emit->work = 1;
     if (gear_is_on(&emit->gear))
         make_geared(emit, segment);
-    else if (!travel_ends(emit) || is_behind(emit))
-        make_motion(emit, segment);
-    else if (dwells(emit))
+    else if (travel_ends(emit) && !is_behind(emit)) {
+        if (!dwells(emit))
+            return false;
         make_dwell(emit, segment);
+    } else if (shaper_is_on(emit->shaper))
+        make_shaped(emit, segment);
     else
-        return false;
+        make_sample(emit, segment);
     emit->stop_samples++;
     return true;
 }

@@ -86,7 +86,6 @@ struct emit {
     uint32_t now_us;                 /* of this poll */
     struct beam beam;                /* a laser */
     struct emit_slope slope;         /* of the blend at tail */
-    bool fed;                        /* moves have come lately */
     bool flush;                      /* nothing follows: coming to rest is not counted as starved */
     bool hold, hold_asked;           /* slow down along the path and stand; asked: not only to make a stop */
     bool waits;                      /* at rest, for more moves: nothing is made */
@@ -141,9 +140,6 @@ bool emit_is_held(const struct emit *emit);
 /** The stop at the end of the pieces is so near that more of the path would be needed now to keep the speed.
  */
 bool emit_wants_more(const struct emit *emit);
-
-/** It will soon be. */
-bool emit_nears_end(const struct emit *emit);
 
 /** Length at the end of the newest piece that is not needed for braking to a stop there, mm. */
 float emit_slack_mm(const struct emit *emit);

@@ -110,14 +110,12 @@ static void fit_shapers(struct plan *plan) {
 
 /* The chord of a curve with the acceleration |A|, that of X, Y and Z together, is up to |A| T^2 / 8 off it.
  */
-static void fit_curve(struct plan *plan) {
-    const struct motion_limits *limits = &plan->limits;
+static float fit_curve(const struct motion_limits *limits) {
     float sum = 0.0f;
     for (unsigned ax = 0; ax <= AXIS_Z && ax < limits->axis_count; ax++)
         sum += limits->accel_mm_s2[ax] * limits->accel_mm_s2[ax];
-    plan->curve_mm_s2 = sqrtf(sum);
-    float time_s = sqrtf(8.0f * CURVE_PART * limits->junction_deviation_mm / plan->curve_mm_s2);
-    plan->curve_s = min_f(CURVE_S, max_f(time_s, SHORT_CURVE_S));
+    float time_s = sqrtf(8.0f * CURVE_PART * limits->junction_deviation_mm / sqrtf(sum));
+    return min_f(CURVE_S, max_f(time_s, SHORT_CURVE_S));
 }
 
 /* Points are left out so that the look-ahead reaches far enough, and no farther: a report names the first
@@ -134,6 +132,6 @@ static float fit_merge(const struct motion_limits *limits, uint32_t look_ahead) 
 void plan_set_limits(struct plan *plan, const struct motion_limits *limits) {
     plan->limits = *limits;
     fit_shapers(plan);
-    fit_curve(plan);
+    plan->curve_s = fit_curve(&plan->limits);
     plan->merge_mm = fit_merge(&plan->limits, plan->look_ahead);
 }

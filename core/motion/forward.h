@@ -26,7 +26,4 @@ static inline bool travel_ends(const struct emit *emit) {
     return emit->y <= 0.0f && travel_rests(emit);
 }
 
-/** Speed along the path, mm/s. */
-float travel_mm_s(const struct emit *emit);
-
 #endif

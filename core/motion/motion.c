@@ -319,7 +319,6 @@ bool motion_poll(struct motion *motion, uint32_t now_us) {
         return motion->works;
     }
     motion->works = false;
-    emit->fed = !is_idle(motion, now_us);
     emit->waits = motion->waits = !ahead_is_making(&motion->ahead) && is_waiting(motion, now_us);
     if (!emit->waits)
         plan_more(motion, now_us);

@@ -33,8 +33,7 @@ struct plan {
     struct shaper shaper;           /* of all motion but for: */
     struct shaper unshaped;         /* probing, homing, threads: jerk alone is limited */
     float shaped_mm;                /* how far shaping takes the axes off the path at most */
-    float curve_s;                  /* a segment of a curve with all of: */
-    float curve_mm_s2;              /* the acceleration of X, Y and Z */
+    float curve_s;                  /* longest segment of a curve */
     float merge_mm;                 /* longest chord of several moves */
     double position_mm[AXIS_COUNT]; /* programmed end of the newest move, unrounded */
     struct motion_line newest;      /* the move that the open chord is made of */

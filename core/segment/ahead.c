@@ -3,7 +3,7 @@
 
 #include <stddef.h>
 
-#define MARK_US      3600u  /* between marks of committed motion, or one segment more */
+#define MARK_US      4000u  /* between marks of committed motion */
 #define STOP_MARK_US 20000u /* from the beginning of a stop to its first mark; the next ones twice as far */
 #define SPARE_MARKS  5u     /* places for the marks that must be, of this batch and the next one */
 #define COMMIT_MAX   80u    /* segments; the others are for the stop */
@@ -133,25 +133,25 @@ static uint32_t mark_ahead(const struct ahead *ahead, int32_t ahead_us) {
     return best < QUEUE_MARKS ? best : last;
 }
 
-/* Those that the step interrupt has passed; what only they needed is released. That of the committed part's
- * end stays, and that of all that is published. */
+/* Those that the step interrupt has passed; what only they needed is released. */
 static void forget_passed(struct ahead *ahead) {
-    const uint32_t now = now_us(ahead);
     uint32_t oldest = ahead->commit;
     int32_t next_us = INT32_MAX;
     ahead->passed = true;
+    const uint32_t now = now_us(ahead);
     for (uint32_t left = ahead->used; left != 0;) {
         uint32_t place = take_place(&left), us = ahead->mark_us[place];
         int32_t left_us = (int32_t)(us - now);
-        if (left_us < 0 && place != ahead->commit && us != ahead->end_us) {
+        bool stays = place == ahead->commit || us == ahead->end_us;
+        if (left_us < 0 && !stays) {
             ahead->used &= ~bit(place);
-        } else if (left_us >= 0 && left_us < next_us) {
-            next_us = left_us;
-            oldest = place;
+            continue;
         }
+        if (!stays && left_us < next_us)
+            next_us = left_us;
+        if (from_mark_us(ahead, oldest, place) < 0)
+            oldest = place;
     }
-    if (after_now_us(ahead, ahead->mark_us[ahead->commit]) < 0)
-        oldest = ahead->commit;
     ahead->next_us = now + (uint32_t)next_us;
     ahead->source->release(ahead->ctx, oldest);
 }

@@ -21,10 +21,7 @@ from wificnc.sim.run import SimOptions, simulate
 from xtensa import windows
 from xtensa.toolchain import NoToolchainError, Toolchain, find_toolchain
 
-ACCEL_MM_S2 = 500
-LONGEST_S = 0.004  # of a segment (LONG_SAMPLE_S of core/motion)
-SLOWEST_MM_S = 50  # of the moves that are compared with a task of 20 ms
-SETTINGS = tuple(f"${base + axis}={value}" for base, value in ((110, 5000), (120, ACCEL_MM_S2)) for axis in range(4))
+SETTINGS = tuple(f"${base + axis}={value}" for base, value in ((110, 5000), (120, 500)) for axis in range(4))
 CYCLES_PER_TICK = 12  # of the step timer, 20 MHz
 NS_PER_CYCLE = 1000 / 240
 LATENCY_CYCLES = 2  # an instruction is done before the interrupt is taken
@@ -100,11 +97,10 @@ def test_the_same_steps_as_the_pc_at_the_same_times(program: Built, tmp_path: Pa
 
 @pytest.mark.parametrize("lines", [LINES["one axis"], LINES["fast"]], ids=["one axis", "fast"])
 def test_a_task_that_comes_every_20_ms_makes_the_same_steps(program: Built, tmp_path: Path, lines: str) -> None:
-    """A single move is published far enough ahead. Batches end at other places: a segment in which a ramp ends has
-    constant acceleration, so its duration is off by at most (a T^2 / 8) / v, at each of two ramps."""
+    """A single move is published far enough ahead. Batches end at other places, and times between differ a little."""
     pc, (chip, _) = pc_trace(tmp_path, program, lines), chip_run(program, lines, 20_000)
     same_events(pc, chip)
-    assert np.abs(lateness_ns(pc, chip)).max() <= 2e9 * (ACCEL_MM_S2 * LONGEST_S**2 / 8) / SLOWEST_MM_S
+    assert np.abs(lateness_ns(pc, chip)).max() <= 20_000
 
 
 @pytest.mark.parametrize("period_us", [1000, 20_000])

@@ -22,7 +22,7 @@ Motion, per block and per step, with its polls (1 ms): a surface in chords of 0.
 circle in chords of 0.016 mm, with the settings of examples/machines/baseline.toml. Planner and emission: core/motion
 and core/segment; spans: core/step/prep.c; with the library functions that they call. Longest calls: of motion_poll(),
 which makes batches in portions, and of prep_poll(), which cuts them. Here by callgrind, on MIPS by QEMU's user mode
-with a plugin that counts (tools/mips/count.py): optimised as the firmware, 4 axes; the step interrupt is counted by
+with a plugin that counts (tools/mips/count.py): -Os as the firmware, 4 axes; the step interrupt is counted by
 make bench-chip. On Xtensa in the virtual ESP32 and ESP32-S3 (tools/espsim/count.py): LLVM's code at -O2, 4 axes."""
 
 MIPS_BUDGET = ROOT / "tests" / "budget" / "mips.json"
@@ -31,8 +31,8 @@ XTENSA = {"esp32": Chip.ESP32, "esp32s3": Chip.ESP32S3}
 SURFACE, CIRCLE = "surface", "chopped circle"
 LINES = {SURFACE: (relief, 500), CIRCLE: (chopped_circle, 2500)}
 LONGEST = {"motion_poll": 7_000, "prep_poll": 7_500}
-PER_BLOCK = {SURFACE: 18_600, CIRCLE: 1_390}
-PER_STEP = {SURFACE: 113, CIRCLE: 55}
+PER_BLOCK = {SURFACE: 21_200, CIRCLE: 1_475}
+PER_STEP = {SURFACE: 141, CIRCLE: 68}
 
 
 def write_jobs(folder: Path) -> dict[str, Path]:

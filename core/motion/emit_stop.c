@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: MIT */
+#include "motion/emit_stop.h"
+
+#include "motion/emit.h"
+
+#include <math.h>
+
+#define STOP_FIRST    1.5f  /* usual samples: the first one of a stop without a shaper ... */
+#define STOP_SAMPLES  96.0f /* ... or a stop has so many of them */
+#define STOP_SAMPLE_S 0.03f /* they grow to this, or in a stop that takes long to a part of it: */
+#define STOP_LONGEST  48.0f
+#define STOP_DOUBLE   48u /* samples: after each so many they are twice as long */
+
+/* A stop that only a late task needs is made for each batch, so it has few segments. Where it takes long to
+ * slow down they grow all the same, because the stop must fit into a batch. */
+static float stop_least_s(const struct emit *emit) {
+    float least_s = emit->stop_first_s;
+    for (uint32_t made = emit->stop_samples; made > STOP_DOUBLE; made -= STOP_DOUBLE)
+        least_s *= 2.0f;
+    return least_s;
+}
+
+float emit_stop_longer_s(const struct emit *emit, float time_s) {
+    if (emit->stop != AHEAD_STOP || emit->v_mm_s <= 0.0f)
+        return time_s;
+    float longer_s = stop_least_s(emit) * sqrtf(emit->stop_v_mm_s / emit->v_mm_s);
+    return max_f(time_s, min_f(longer_s, emit->stop_most_s));
+}
+
+/* a is at most |du| y / 2d (motion/timing.h). */
+float emit_stop_sample_s(const struct emit *emit) {
+    struct path *path = &emit->plan->path;
+    const struct piece *piece = path_piece(path, path->tail);
+    if (!emit->on_blend)
+        return emit->stop_most_s;
+    float turn = vec_length(path_piece(path, path->tail + 1)->unit - piece->unit);
+    float least_s = stop_least_s(emit),
+          part = turn * emit->y / (2.0f * piece->tangent_mm * piece->accel_mm_s2);
+    if (part * emit->stop_most_s * emit->stop_most_s <= least_s * least_s)
+        return emit->stop_most_s;
+    return max_f(least_s, least_s / sqrtf(part));
+}
+
+void emit_stop_begin(struct emit *emit) {
+    struct plan *plan = emit->plan;
+    float v_mm_s = max_f(emit->v_mm_s, 1e-3f), steps_per_mm = 1.0f,
+          stop_s = (float)emit->shaper->window_ns * 1e-9f;
+    for (unsigned ax = 0; ax < plan->limits.axis_count; ax++)
+        steps_per_mm = max_f(steps_per_mm, plan->limits.steps_per_mm[ax]);
+    if (path_count(&plan->path) > 0)
+        stop_s += v_mm_s / (plan->path.near_part * path_piece(&plan->path, plan->path.tail)->accel_mm_s2);
+    float most_s = 0.9f * (float)SEGMENT_MAX_STEPS / (v_mm_s * steps_per_mm);
+    float usual_s = shaper_is_on(emit->shaper) ? emit->shaper->sample_s : STOP_FIRST * plan->curve_s;
+    emit->stop_samples = 0;
+    emit->stop_v_mm_s = emit->v_mm_s;
+    emit->stop_first_s = min_f(max_f(usual_s, stop_s / STOP_SAMPLES), most_s);
+    emit->stop_most_s = min_f(max_f(STOP_SAMPLE_S, stop_s / STOP_LONGEST), most_s);
+}
