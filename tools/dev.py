@@ -74,7 +74,7 @@ def compile_tests(python: Path) -> None:
         return
     count = os.cpu_count() or 1
     collect = [str(python), "-m", "pytest", "--collect-only", "-qq"]
-    parts = [[*map(str, files[n::count])] for n in range(min(count, len(files)))]
+    parts = [[str(path.relative_to(ROOT)) for path in files[n::count]] for n in range(min(count, len(files)))]
     null = subprocess.DEVNULL  # the run itself reports what does not compile
     for each in [subprocess.Popen([*collect, *part], cwd=ROOT, env=environment(), stdout=null) for part in parts]:
         each.wait()

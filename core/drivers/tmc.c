@@ -207,5 +207,5 @@ uint32_t tmc_tstep(float steps_per_s, unsigned microsteps) {
     const float clocks = CLOCK_HZ * (float)microsteps / 256.0f;
     if (!(steps_per_s * (float)TMC_TSTEP_MAX > clocks))
         return TMC_TSTEP_MAX;
-    return (uint32_t)(clocks / steps_per_s);
+    return steps_per_s < clocks ? (uint32_t)(clocks / steps_per_s) : 1;
 }

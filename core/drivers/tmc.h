@@ -87,7 +87,7 @@ uint32_t tmc_value(const struct tmc_chip *chip, unsigned sense_mohm, const struc
 /** What DRV_STATUS says. */
 struct tmc_status tmc_status_of(const struct tmc_chip *chip, uint32_t drv_status);
 
-/** TSTEP, the chip's clocks between two 1/256 microsteps, at this rate of steps; TMC_TSTEP_MAX at most. */
+/** TSTEP, the chip's clocks between two 1/256 microsteps, at this rate of steps; 1 to TMC_TSTEP_MAX. */
 uint32_t tmc_tstep(float steps_per_s, unsigned microsteps);
 
 #endif

@@ -132,3 +132,10 @@ def test_each_damaged_bit_of_an_answer_is_noticed() -> None:
         damaged = bytearray(answer)
         damaged[bit // 8] ^= 1 << bit % 8
         assert not LIB.tmc_uart_answer(bytes(damaged), 8, 0x6F, ctypes.byref(value)), bit
+
+
+def test_a_time_between_steps_is_never_0() -> None:
+    """0 stands for "never" (struct tmc_want), so a speed that is faster than the chip counts is 1."""
+    assert LIB.tmc_tstep(1e6, 1) == 1
+    assert LIB.tmc_tstep(1000.0, 256) == 12000  # 12 MHz / 1000
+    assert LIB.tmc_tstep(0.0, 256) == 0xFFFFF

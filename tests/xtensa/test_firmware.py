@@ -224,6 +224,17 @@ def test_headers_of_our_own_are_small() -> None:
     assert lines < 2000  # of some 100,000
 
 
+def test_headers_of_our_own_declare_only_what_is_used() -> None:
+    """By a source, or by a macro of these headers."""
+    headers = ROOT / "targets/esp32/test/idf_api"
+    sources = [path for path in (ROOT / "targets").rglob("*.[ch]") if headers not in path.parents]
+    used = set(re.findall(r"\w+", "\n".join(path.read_text() for path in sources)))
+    ours = "\n".join(path.read_text() for path in sorted(headers.rglob("*.h")))
+    declared = re.findall(r"^(?!static|typedef)\w[\w *]*?(\w+)\([^{]*?\);", ours, re.MULTILINE)
+    unused = [name for name in declared if name not in used and len(re.findall(rf"\b{name}\b", ours)) == 1]
+    assert len(declared) > 100 and unused == []
+
+
 def test_ci_machines_without_a_compiler_say_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(os.environ, "PATH", "/nowhere")
     with pytest.raises(NoToolchainError, match="apt-get install"):
