@@ -178,6 +178,18 @@ def test_edges_of_inputs_interrupt(registers: Registers, kind: int, edges: list[
         assert not asks(registers)
 
 
+def test_pins_interrupt_core_1_of_the_esp32(esp32: VirtualChip) -> None:
+    """By INT_ENA's bit 13, and its own matrix."""
+    registers = Registers(esp32, Chip.ESP32)
+    registers.store(0x3FF00218 + 4 * registers.at.gpio_source, 19)
+    registers.store(registers.at.gpio + registers.at.pins + 4 * 4, RISING << 7 | 1 << 13)
+    esp32.drive(4, 1)
+    registers.wait(2)
+    assert (esp32.cpu(0).interrupt, esp32.cpu(1).interrupt) == (0, 1 << 19)
+    assert registers.load(registers.at.gpio + 0x60) == 1 << 4
+    assert registers.load(registers.at.gpio + registers.at.asking) == 0
+
+
 def test_levels_of_inputs_interrupt_again(registers: Registers) -> None:
     registers.chip.drive(4, 1)
     watch(registers, 4, HIGH)

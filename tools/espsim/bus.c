@@ -108,7 +108,7 @@ static const struct block *block_at(const struct esp *esp, uint32_t address) {
 static void nothing_there(struct esp *esp, const char *what, uint32_t address) {
     char text[96];
     chip_fault(esp, "%s %08x, where nothing is emulated, by the instruction at %s", what, address,
-               chip_place(esp, esp->cpu.pc, text));
+               chip_place(esp, esp->cpu->pc, text));
 }
 
 /* Registers are words, and aligned. */
@@ -117,8 +117,15 @@ static bool is_word(struct esp *esp, uint32_t address, unsigned size, const char
     if (size == 4 && (address & 3) == 0)
         return true;
     chip_fault(esp, "%s of %u bytes at the register %08x by the instruction at %s", what, size, address,
-               chip_place(esp, esp->cpu.pc, text));
+               chip_place(esp, esp->cpu->pc, text));
     return false;
+}
+
+/* Accesses of both cores come in the order of time. @return false: it is for a later turn, or no access */
+static bool may_access(struct esp *esp, uint32_t address, unsigned size, const char *what) {
+    if (cores_retry(esp))
+        return false;
+    return is_word(esp, address, size, what);
 }
 
 uint32_t bus_load(struct esp *esp, uint32_t address, unsigned size) {
@@ -126,7 +133,7 @@ uint32_t bus_load(struct esp *esp, uint32_t address, unsigned size) {
     const struct block *block = memory == NULL ? block_at(esp, address) : NULL;
     uint32_t value = 0;
     if (block != NULL)
-        return is_word(esp, address, size, "load") ? block->load(esp, address - block->base) : 0;
+        return may_access(esp, address, size, "load") ? block->load(esp, address - block->base) : 0;
     if (memory == NULL || bus_bytes(esp, address, size) == NULL)
         nothing_there(esp, "load from", address);
     else if (memory->words_only && (size != 4 || (address & 3) != 0))
@@ -151,13 +158,13 @@ void bus_store(struct esp *esp, uint32_t address, uint32_t value, unsigned size)
     uint8_t *bytes = bus_bytes(esp, address, size);
     char text[96];
     if (block != NULL) {
-        if (is_word(esp, address, size, "store"))
+        if (may_access(esp, address, size, "store"))
             block->store(esp, address - block->base, value);
     } else if (bytes == NULL)
         nothing_there(esp, "store to", address);
     else if (memory->constant)
         chip_fault(esp, "store to %08x, which is %s, by the instruction at %s", address, memory->name,
-                   chip_place(esp, esp->cpu.pc, text));
+                   chip_place(esp, esp->cpu->pc, text));
     else if (memory->words_only && (size != 4 || (address & 3) != 0))
         cpu_exception_at(esp, CAUSE_LOAD_STORE, address);
     else {

@@ -54,7 +54,7 @@ const char *chip_place(const struct esp *esp, uint32_t address, char text[96]) {
 }
 
 uint32_t chip_ccount(const struct esp *esp) {
-    return (uint32_t)esp->cycles + esp->cpu.ccount_from;
+    return (uint32_t)esp->cycles + esp->cpu->ccount_from;
 }
 
 struct esp *es_create(enum es_chip chip) {
@@ -70,7 +70,7 @@ struct esp *es_create(enum es_chip chip) {
     timers_create(esp);
     matrix_create(esp);
     uart_create(esp);
-    cpu_reset(esp);
+    cores_create(esp);
     chip_look(esp);
     return esp;
 }
@@ -108,9 +108,8 @@ static void look_around(struct esp *esp) {
 }
 
 static void sleep_until(struct esp *esp, uint64_t until) {
-    const uint64_t to = soonest(esp->next_event, until);
-    esp->asleep += to - esp->cycles;
-    esp->cycles = to;
+    esp->cpu->idle += until - esp->cycles;
+    esp->cycles = until;
 }
 
 /* What is due at this moment. */
@@ -121,15 +120,17 @@ static void settle(struct esp *esp) {
         look_around(esp);
 }
 
+/* Until both cores are there. */
 static void work(struct esp *esp, uint64_t until) {
-    while (esp->stop == ES_TIME && esp->cycles < until) {
+    while (esp->stop == ES_TIME && cores_turn(esp, until)) {
         settle(esp);
         const bool taken = cpu_interrupt(esp);
-        if (esp->cpu.waits && !taken) {
-            sleep_until(esp, until);
+        const uint64_t limit = soonest(soonest(esp->next_event, until), cores_limit(esp));
+        if (esp->cpu->waits && !taken) {
+            sleep_until(esp, limit);
             continue;
         }
-        esp->limit = soonest(esp->next_event, until);
+        esp->limit = limit;
         if (esp->limit > esp->cycles)
             cpu_run(esp);
     }
@@ -162,8 +163,15 @@ uint64_t es_cycles(const struct esp *esp) {
     return esp->cycles;
 }
 
+static uint64_t cycles_of(const struct esp *esp, const struct cpu *cpu) {
+    return cpu == esp->cpu ? esp->cycles : cpu->cycles;
+}
+
 uint64_t es_instructions(const struct esp *esp) {
-    return esp->cycles - esp->asleep;
+    uint64_t all = 0;
+    for (unsigned core = 0; core < CORES; core++)
+        all += cycles_of(esp, &esp->core[core]) - esp->core[core].idle;
+    return all;
 }
 
 const char *es_fault(const struct esp *esp) {
@@ -183,8 +191,8 @@ uint32_t es_symbol(const struct esp *esp, const char *name) {
 
 /* ---- the processor from outside ---- */
 
-void es_cpu_get(const struct esp *esp, struct es_cpu *out) {
-    const struct cpu *cpu = &esp->cpu;
+void es_cpu_get(const struct esp *esp, unsigned core, struct es_cpu *out) {
+    const struct cpu *cpu = &esp->core[core % CORES];
     *out = (struct es_cpu){.pc = cpu->pc,
                            .ps = cpu->ps,
                            .sar = cpu->sar,
@@ -209,7 +217,7 @@ void es_cpu_get(const struct esp *esp, struct es_cpu *out) {
 }
 
 void es_cpu_set(struct esp *esp, const struct es_cpu *in) {
-    struct cpu *cpu = &esp->cpu;
+    struct cpu *cpu = &esp->core[0];
     window_rotate(cpu, (int)(in->windowbase & 15) - (int)cpu->window_base);
     cpu->pc = in->pc;
     cpu->ps = in->ps;
@@ -234,6 +242,6 @@ void es_cpu_set(struct esp *esp, const struct es_cpu *in) {
 }
 
 uint32_t es_physical(struct esp *esp, unsigned number) {
-    window_rotate(&esp->cpu, 0); /* the present window, too */
-    return esp->cpu.physical[number % PHYSICAL];
+    window_rotate(&esp->core[0], 0); /* the present window, too */
+    return esp->core[0].physical[number % PHYSICAL];
 }

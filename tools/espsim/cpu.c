@@ -35,13 +35,13 @@ INLINE uint32_t remainder_of(uint32_t n, uint32_t d) {
 static void cpu_unknown(struct esp *esp, const struct op *op) {
     uint32_t word = 0;
     char text[96];
-    (void)bus_fetch(esp, esp->cpu.pc, &word);
+    (void)bus_fetch(esp, esp->cpu->pc, &word);
     chip_fault(esp, "the instruction %06x at %s is not emulated",
-               word & (op->size == 2 ? 0xFFFFu : 0xFFFFFFu), chip_place(esp, esp->cpu.pc, text));
+               word & (op->size == 2 ? 0xFFFFu : 0xFFFFFFu), chip_place(esp, esp->cpu->pc, text));
 }
 
 static void cpu_compare_and_swap(struct esp *esp, const struct op *op) {
-    struct cpu *cpu = &esp->cpu;
+    struct cpu *cpu = esp->cpu;
     const uint32_t address = cpu->a[op->s] + (uint32_t)op->imm, with = cpu->a[op->t];
     if ((address & 3) != 0) {
         cpu_exception_at(esp, CAUSE_UNALIGNED, address);
@@ -57,8 +57,8 @@ static void cpu_compare_and_swap(struct esp *esp, const struct op *op) {
 }
 
 static void cpu_wait(struct esp *esp, uint32_t level) {
-    esp->cpu.ps = (esp->cpu.ps & ~(uint32_t)PS_LEVEL) | level;
-    esp->cpu.waits = true;
+    esp->cpu->ps = (esp->cpu->ps & ~(uint32_t)PS_LEVEL) | level;
+    esp->cpu->waits = true;
     chip_look(esp);
 }
 
@@ -186,7 +186,7 @@ static bool prepare(struct esp *esp, struct op *op, uint32_t pc) {
     if (!bus_fetch(esp, pc, &word)) {
         char from[96];
         chip_fault(esp, "the program runs to %08x, where there is no code; a0 is %s", pc,
-                   chip_place(esp, (esp->cpu.a[0] & 0x3FFFFFFFu) | 0x40000000u, from));
+                   chip_place(esp, (esp->cpu->a[0] & 0x3FFFFFFFu) | 0x40000000u, from));
         return false;
     }
     decode(op, word, pc);
@@ -194,7 +194,7 @@ static bool prepare(struct esp *esp, struct op *op, uint32_t pc) {
 }
 
 void cpu_run(struct esp *esp) {
-    struct cpu *cpu = &esp->cpu;
+    struct cpu *cpu = esp->cpu;
     uint32_t *const a = cpu->a;
     uint64_t cycles, limit;
     uint32_t pc = cpu->pc, loop_end, page = pc >> PAGE_BITS;

@@ -11,6 +11,7 @@
  *   load.c       ELF files and images
  *   rom.c        functions of the boot ROM, done by this computer
  *   gpio.c timer.c matrix.c uart.c   the peripherals
+ *   cores.c      two cores that take turns
  *   chip.c       time */
 #ifndef WIFICNC_ESPSIM_ESP_H
 #define WIFICNC_ESPSIM_ESP_H
@@ -29,7 +30,8 @@ enum {
     LEVELS = 8,
     TIMERS = 3,
     MEMORIES = 12,
-    BLOCKS = 12,
+    BLOCKS = 32,
+    CORES = 2,
     SOURCES = 128, /* of interrupts */
     ROM_DEPTH = 8,
     UART_FIFO = 128,
@@ -74,6 +76,12 @@ enum {
     (INTERRUPTS_SOFTWARE | 1u << INTERRUPT_TIMER0 | 1u << INTERRUPT_TIMER1 | 1u << INTERRUPT_TIMER2 |        \
      1u << INTERRUPT_PROFILING)
 
+/* A function of the boot ROM that works. @param left  cycles */
+struct rom_work {
+    uint32_t address, stack;
+    uint64_t left;
+};
+
 struct cpu {
     uint32_t a[16]; /* of the present window; the others lie in `physical` */
     uint32_t f[16];
@@ -91,6 +99,14 @@ struct cpu {
     uint32_t ccompare[TIMERS];
     uint64_t timer_at[TIMERS]; /* cycle of the next match */
     uint32_t misc[4], memctl, atomctl, threadptr, fcr, fsr, expstate;
+
+    unsigned number;
+    bool runs;       /* it has a clock, is out of reset, and nothing stalls it */
+    uint64_t cycles; /* its time, while the other one runs */
+    uint64_t idle;   /* cycles of it that are no instructions */
+    struct rom_work rom_work[ROM_DEPTH];
+    unsigned rom_depth;
+    uint64_t began[LEVELS];
 };
 
 /* An instruction, decoded. */
@@ -145,10 +161,11 @@ struct uart {
     size_t in_count, in_at, in_room, out_count, out_room;
 };
 
-/* A function of the boot ROM that works. @param left  cycles */
-struct rom_work {
-    uint32_t address, stack;
-    uint64_t left;
+/* What holds core 1. */
+struct app_core {
+    uint32_t control, boot; /* APPCPU_CTRL_A to C as one word of the S3's bits; where it begins */
+    bool has_begun;
+    uint32_t stalled[CORES]; /* SW_STALL of RTC_CNTL, both parts, of each core */
 };
 
 struct symbol {
@@ -158,8 +175,8 @@ struct symbol {
 
 struct esp {
     enum es_chip chip;
-    struct cpu cpu;
-    uint64_t cycles, instructions, limit, next_event, asleep;
+    struct cpu core[CORES], *cpu; /* cpu: the one that runs */
+    uint64_t cycles, limit, next_event;
     bool look; /* who interrupts, or when something happens next, may have changed */
     enum es_stop stop;
     char fault[256];
@@ -176,21 +193,18 @@ struct esp {
     struct gpio gpio;
     struct timer_group group[2];
     struct uart uart;
-    uint8_t route[SOURCES]; /* the interrupt of a source */
-    uint32_t source[SOURCES / 32];
+    uint8_t route[CORES][SOURCES]; /* the interrupt of a source */
+    uint32_t source[CORES][SOURCES / 32];
+    struct app_core app;
 
     bool record_edges;
     struct es_edge *edges;
     size_t edge_count, edge_room;
 
-    struct rom_work rom_work[ROM_DEPTH];
-    unsigned rom_depth;
-
     struct symbol *symbols;
     size_t symbol_count, symbol_room;
 
     struct es_level level[LEVELS];
-    uint64_t began[LEVELS];
 };
 
 #define INLINE static inline __attribute__((always_inline))
@@ -202,6 +216,14 @@ bool chip_grow(void *array, size_t *room, size_t count, size_t size);
 const char *chip_place(const struct esp *esp, uint32_t address,
                        char text[96]); /* "function+12", or the address */
 uint32_t chip_ccount(const struct esp *esp);
+
+/* cores.c: whose turn it is */
+void cores_create(struct esp *esp);
+bool cores_turn(struct esp *esp, uint64_t until); /* esp->cpu becomes the core that is behind */
+uint64_t cores_limit(const struct esp *esp);      /* how far it may go before the other one follows */
+bool cores_wait(struct esp *esp);  /* the other core is behind: end the turn. @return whether it is */
+bool cores_retry(struct esp *esp); /* the same in an instruction, which is then for a later turn */
+void cores_hold(struct esp *esp);  /* what lets core 1 run may have changed */
 
 /* cpu.c */
 void cpu_run(struct esp *esp);
@@ -217,7 +239,7 @@ void window_return(struct esp *esp);
 void window_movsp(struct esp *esp, const struct op *op);
 void window_handled(struct esp *esp, bool underflow);
 /* exception.c */
-void cpu_reset(struct esp *esp);
+void cpu_reset(struct esp *esp, struct cpu *cpu);
 void cpu_exception(struct esp *esp, enum cause cause);
 void cpu_exception_at(struct esp *esp, enum cause cause, uint32_t address);
 void cpu_debug(struct esp *esp, uint32_t cause);
@@ -226,6 +248,7 @@ void cpu_return(struct esp *esp);                      /* RFE */
 void cpu_return_double(struct esp *esp);               /* RFDE */
 void cpu_return_from(struct esp *esp, unsigned level); /* RFI */
 bool cpu_interrupt(struct esp *esp);                   /* take one, if one asks and may. @return whether */
+bool cpu_sleeps(const struct cpu *cpu);                /* until somebody interrupts it */
 uint32_t cpu_interrupts(const struct cpu *cpu);        /* INTERRUPT */
 /* special.c */
 void special_read(struct esp *esp, const struct op *op);
@@ -257,7 +280,8 @@ void timers_create(struct esp *esp);
 uint64_t timers_next(const struct esp *esp);
 void timers_event(struct esp *esp);
 void matrix_create(struct esp *esp);
-void matrix_set(struct esp *esp, unsigned source, bool active);
+void matrix_set(struct esp *esp, unsigned source, bool active); /* for both cores */
+void matrix_set_core(struct esp *esp, unsigned core, unsigned source, bool active);
 void matrix_update(struct esp *esp);
 void uart_create(struct esp *esp);
 uint64_t uart_next(const struct esp *esp);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * A virtual ESP32 or ESP32-S3: one core and the peripherals that the step engine uses.
+ * A virtual ESP32 or ESP32-S3: both cores, and the peripherals that the step engine uses.
  *
  * Instruction-exact, not cycle-exact: every instruction takes one cycle of 1/240 us, and time goes from event
  * to event. One thread a chip; many chips may live in one process. Whatever is not emulated stops the chip
@@ -65,10 +65,11 @@ struct es_cpu {
     uint32_t windowbase, windowstart;
     uint32_t epc1, exccause, excvaddr, vecbase, cpenable, intenable, interrupt;
 };
-void es_cpu_get(const struct esp *esp, struct es_cpu *out);
-/** The field interrupt is ignored. */
+/** @param core  0 or 1 */
+void es_cpu_get(const struct esp *esp, unsigned core, struct es_cpu *out);
+/** Of core 0. The field interrupt is ignored. */
 void es_cpu_set(struct esp *esp, const struct es_cpu *in);
-/** A physical register of the 64, whatever window it is in. @param number  0 .. 63 */
+/** A physical register of core 0's 64, whatever window it is in. @param number  0 .. 63 */
 uint32_t es_physical(struct esp *esp, unsigned number);
 
 /* ---- pins ---- */

@@ -14,13 +14,13 @@ static const uint8_t levels[32] = {1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 3, 1, 1, 7, 
                                    5, 1, 1, 2, 2, 2, 3, 3, 4, 4, 5, 3, 4, 3, 4, 5};
 
 void cpu_vector(struct esp *esp, uint32_t offset) {
-    esp->cpu.next = esp->cpu.vecbase + offset;
-    esp->cpu.broken = true;
-    esp->cpu.waits = false;
+    esp->cpu->next = esp->cpu->vecbase + offset;
+    esp->cpu->broken = true;
+    esp->cpu->waits = false;
 }
 
 static void user_or_kernel(struct esp *esp, enum cause cause, uint32_t from) {
-    struct cpu *cpu = &esp->cpu;
+    struct cpu *cpu = esp->cpu;
     cpu->exccause = cause;
     if ((cpu->ps & PS_EXCM) != 0) {
         cpu->depc = from;
@@ -33,16 +33,16 @@ static void user_or_kernel(struct esp *esp, enum cause cause, uint32_t from) {
 }
 
 void cpu_exception(struct esp *esp, enum cause cause) {
-    user_or_kernel(esp, cause, esp->cpu.pc);
+    user_or_kernel(esp, cause, esp->cpu->pc);
 }
 
 void cpu_exception_at(struct esp *esp, enum cause cause, uint32_t address) {
-    esp->cpu.excvaddr = address;
-    user_or_kernel(esp, cause, esp->cpu.pc);
+    esp->cpu->excvaddr = address;
+    user_or_kernel(esp, cause, esp->cpu->pc);
 }
 
 static void enter_level(struct esp *esp, unsigned level, uint32_t from) {
-    struct cpu *cpu = &esp->cpu;
+    struct cpu *cpu = esp->cpu;
     cpu->epc[level] = from;
     cpu->eps[level] = cpu->ps;
     cpu->ps = (cpu->ps & ~(uint32_t)PS_LEVEL) | level | PS_EXCM;
@@ -51,34 +51,34 @@ static void enter_level(struct esp *esp, unsigned level, uint32_t from) {
 
 /* BREAK without a debugger: the debug exception. */
 void cpu_debug(struct esp *esp, uint32_t cause) {
-    if ((esp->cpu.ps & PS_LEVEL) >= LEVEL_DEBUG)
+    if ((esp->cpu->ps & PS_LEVEL) >= LEVEL_DEBUG)
         return;
-    esp->cpu.debugcause = cause;
-    enter_level(esp, LEVEL_DEBUG, esp->cpu.pc);
+    esp->cpu->debugcause = cause;
+    enter_level(esp, LEVEL_DEBUG, esp->cpu->pc);
 }
 
 void cpu_return(struct esp *esp) {
-    esp->cpu.ps &= ~(uint32_t)PS_EXCM;
-    esp->cpu.next = esp->cpu.epc[1];
+    esp->cpu->ps &= ~(uint32_t)PS_EXCM;
+    esp->cpu->next = esp->cpu->epc[1];
     chip_look(esp);
 }
 
 void cpu_return_double(struct esp *esp) {
-    esp->cpu.next = esp->cpu.depc;
+    esp->cpu->next = esp->cpu->depc;
 }
 
 void cpu_return_from(struct esp *esp, unsigned level) {
     struct es_level *measured = &esp->level[level];
-    esp->cpu.ps = esp->cpu.eps[level];
-    esp->cpu.next = esp->cpu.epc[level];
+    esp->cpu->ps = esp->cpu->eps[level];
+    esp->cpu->next = esp->cpu->epc[level];
     chip_look(esp);
-    if (esp->began[level] == NEVER)
+    if (esp->cpu->began[level] == NEVER)
         return;
-    const uint64_t cycles = esp->cycles - esp->began[level];
+    const uint64_t cycles = esp->cycles - esp->cpu->began[level];
     measured->count++;
     measured->cycles += cycles;
     measured->most = cycles > measured->most ? cycles : measured->most;
-    esp->began[level] = NEVER;
+    esp->cpu->began[level] = NEVER;
 }
 
 uint32_t cpu_interrupts(const struct cpu *cpu) {
@@ -95,35 +95,48 @@ static unsigned asking(const struct cpu *cpu) {
     return level;
 }
 
-bool cpu_interrupt(struct esp *esp) {
-    struct cpu *cpu = &esp->cpu;
+/* The level of the interrupt that it takes now; 0: none. */
+static unsigned taken_level(const struct cpu *cpu) {
     const unsigned level = asking(cpu);
     unsigned held = cpu->ps & PS_LEVEL;
     if ((cpu->ps & PS_EXCM) != 0 && held < EXCM_LEVEL)
         held = EXCM_LEVEL;
-    if (level == 0 || (level <= held && level != LEVEL_NMI))
+    return level > held || level == LEVEL_NMI ? level : 0;
+}
+
+bool cpu_sleeps(const struct cpu *cpu) {
+    return cpu->waits && taken_level(cpu) == 0;
+}
+
+bool cpu_interrupt(struct esp *esp) {
+    struct cpu *cpu = esp->cpu;
+    const unsigned level = taken_level(cpu);
+    if (level == 0)
         return false;
     if (level == 1)
         user_or_kernel(esp, CAUSE_LEVEL1, cpu->pc);
     else {
         enter_level(esp, level, cpu->pc);
-        esp->began[level] = esp->cycles;
+        cpu->began[level] = esp->cycles;
     }
     cpu->pc = cpu->next;
     return true;
 }
 
-void cpu_reset(struct esp *esp) {
-    struct cpu *cpu = &esp->cpu;
+void cpu_reset(struct esp *esp, struct cpu *cpu) {
+    const struct cpu before = *cpu;
     memset(cpu, 0, sizeof *cpu);
+    cpu->number = before.number;
+    cpu->runs = before.runs;
+    cpu->cycles = before.cycles;
+    cpu->idle = before.idle;
     cpu->ps = PS_LEVEL | PS_EXCM;
     cpu->window_start = 1;
     cpu->vecbase = 0x40000000u;
     cpu->atomctl = 0x28;
     cpu->ccount_from = (uint32_t)(0 - esp->cycles);
-    esp->rom_depth = 0;
     for (unsigned level = 0; level < LEVELS; level++)
-        esp->began[level] = NEVER;
+        cpu->began[level] = NEVER;
     for (unsigned timer = 0; timer < TIMERS; timer++)
         cpu->timer_at[timer] = NEVER;
 }

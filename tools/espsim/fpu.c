@@ -59,11 +59,11 @@ static uint32_t result(float value, uint32_t r, uint32_t t, uint32_t s) {
 static void unknown(struct esp *esp, unsigned which) {
     char text[96];
     chip_fault(esp, "the floating-point instruction %u at %s is not emulated", which,
-               chip_place(esp, esp->cpu.pc, text));
+               chip_place(esp, esp->cpu->pc, text));
 }
 
 void fpu_arithmetic(struct esp *esp, const struct op *op) {
-    uint32_t *f = esp->cpu.f;
+    uint32_t *f = esp->cpu->f;
     const uint32_t s = f[op->s], t = f[op->t], r = f[op->r];
     switch (op->other) {
     case ADD:
@@ -128,7 +128,7 @@ static uint32_t from_integer(unsigned how, uint32_t value, unsigned scale) {
 }
 
 void fpu_unary(struct esp *esp, const struct op *op) {
-    struct cpu *cpu = &esp->cpu;
+    struct cpu *cpu = esp->cpu;
     uint32_t *f = cpu->f;
     static const uint32_t constants[16] = {0, 0x3F800000u, 0x40000000u, 0x3F000000u};
     switch (op->other) {
@@ -175,7 +175,7 @@ void fpu_unary(struct esp *esp, const struct op *op) {
 }
 
 void fpu_compare(struct esp *esp, const struct op *op) {
-    struct cpu *cpu = &esp->cpu;
+    struct cpu *cpu = esp->cpu;
     const uint32_t a = cpu->f[op->s], b = cpu->f[op->t];
     const bool unordered = is_no_number(a) || is_no_number(b);
     const float x = number(a), y = number(b);

@@ -33,18 +33,19 @@ static uint32_t outputs_at(const struct esp *esp) {
     return esp->chip == ES_ESP32 ? 0x530 : 0x554;
 }
 
-/* PCPU_INT of bank 0; that of bank 1 lies `bank1_behind` after it. */
-static uint32_t asking_at(const struct esp *esp) {
-    return esp->chip == ES_ESP32 ? 0x68 : 0x5C;
+/* PCPU_INT of bank 0; that of bank 1 lies `bank1_behind` after it. ACPU_INT lies before it, on the ESP32
+ * alone. */
+static uint32_t asking_at(const struct esp *esp, unsigned core) {
+    return esp->chip == ES_ESP32S3 ? 0x5C : core == 0 ? 0x68 : 0x60;
 }
 
 static uint32_t bank1_behind(const struct esp *esp) {
     return esp->chip == ES_ESP32 ? 0x14 : 0x0C;
 }
 
-/* GPIO_PINn.INT_ENA: the bit of core 0's interrupt. */
-static uint32_t core0_enabled(const struct esp *esp) {
-    return esp->chip == ES_ESP32 ? 1u << 15 : 1u << 13;
+/* GPIO_PINn.INT_ENA: the bit of a core's interrupt. The S3's matrices choose the core. */
+static uint32_t enabled_for(const struct esp *esp, unsigned core) {
+    return esp->chip == ES_ESP32S3 || core == 1 ? 1u << 13 : 1u << 15;
 }
 
 static unsigned pins_of(const struct esp *esp) {
@@ -96,10 +97,10 @@ static bool is_met(uint32_t type, bool level, bool has_changed) {
     }
 }
 
-static uint32_t asking(const struct esp *esp, unsigned bank) {
+static uint32_t asking(const struct esp *esp, unsigned core, unsigned bank) {
     uint32_t enabled = 0;
     for (unsigned bit = 0; bit < 32; bit++)
-        if ((esp->gpio.pin[32 * bank + bit] & core0_enabled(esp)) != 0)
+        if ((esp->gpio.pin[32 * bank + bit] & enabled_for(esp, core)) != 0)
             enabled |= 1u << bit;
     return esp->gpio.status[bank] & enabled;
 }
@@ -111,7 +112,9 @@ static void notice(struct esp *esp, unsigned bank, uint32_t changed) {
         if (type != 0 && is_met(type, (gpio->level[bank] >> bit & 1) != 0, (changed >> bit & 1) != 0))
             gpio->status[bank] |= 1u << bit;
     }
-    matrix_set(esp, interrupt_source[esp->chip], (asking(esp, 0) | asking(esp, 1)) != 0);
+    for (unsigned core = 0; core < CORES; core++)
+        matrix_set_core(esp, core, interrupt_source[esp->chip],
+                        (asking(esp, core, 0) | asking(esp, core, 1)) != 0);
 }
 
 static void update(struct esp *esp, unsigned bank) {
@@ -182,8 +185,9 @@ static uint32_t load(struct esp *esp, uint32_t offset) {
         return (offset - STATUS) % 12 == 0 ? gpio->status[(offset - STATUS) / 12] : 0;
     if (offset == IN || offset == IN1)
         return gpio->level[(offset - IN) / 4];
-    if (offset == asking_at(esp) || offset == asking_at(esp) + bank1_behind(esp))
-        return asking(esp, offset == asking_at(esp) ? 0 : 1);
+    for (unsigned i = 0; i < 2 * CORES; i++)
+        if (offset == asking_at(esp, i / 2) + i % 2 * bank1_behind(esp))
+            return asking(esp, i / 2, i % 2);
     if (offset == STRAP)
         return STRAP_FLASH;
     if (offset - pins < 4 * count)

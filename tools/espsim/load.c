@@ -44,13 +44,13 @@ static bool fits(struct esp *esp, const struct piece *piece, size_t size) {
 
 static void start(struct esp *esp, const uint8_t *bytes, const struct piece *pieces, unsigned count,
                   uint32_t entry) {
-    cpu_reset(esp);
+    cpu_reset(esp, esp->cpu);
     for (unsigned i = 0; i < count; i++)
         if (pieces[i].count != 0)
             (void)es_write(esp, pieces[i].address, bytes + pieces[i].at, pieces[i].count);
-    esp->cpu.pc = entry;
-    esp->cpu.ps = PS_WOE | PS_UM;
-    esp->cpu.a[1] = esp->memory[0].base + esp->memory[0].size - 16; /* end of data RAM */
+    esp->cpu->pc = entry;
+    esp->cpu->ps = PS_WOE | PS_UM;
+    esp->cpu->a[1] = esp->memory[0].base + esp->memory[0].size - 16; /* end of data RAM */
     chip_look(esp);
 }
 

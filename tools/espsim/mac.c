@@ -22,7 +22,7 @@ static int64_t half(uint32_t value, bool high, bool is_unsigned) {
 
 /* LDINC, LDDEC: s moves by 4, and m[w] becomes what is there. @return false: it met an exception */
 static bool load(struct esp *esp, const struct op *op, bool backwards) {
-    struct cpu *cpu = &esp->cpu;
+    struct cpu *cpu = esp->cpu;
     const uint32_t address = cpu->a[op->s] + (backwards ? -4u : 4u), value = bus_load(esp, address, 4);
     if (cpu->broken)
         return false;
@@ -32,7 +32,7 @@ static bool load(struct esp *esp, const struct op *op, bool backwards) {
 }
 
 void mac_execute(struct esp *esp, const struct op *op) {
-    struct cpu *cpu = &esp->cpu;
+    struct cpu *cpu = esp->cpu;
     const unsigned op2 = op->other >> 4, op1 = op->other & 15, what = op1 >> 2;
     const bool loads = op2 == 0 || op2 == 1 || op2 == 4 || op2 == 5 || op2 >= 8;
     const bool first_is_m = op2 != 3 && op2 != 7, second_is_m = op2 < 4;

@@ -16,11 +16,11 @@ bool rom_has(const struct esp *esp, uint32_t address) {
 /* ---- arguments ---- */
 
 static unsigned first_register(const struct esp *esp) {
-    return 4 * ((esp->cpu.ps & PS_CALLINC) >> PS_CALLINC_SHIFT);
+    return 4 * ((esp->cpu->ps & PS_CALLINC) >> PS_CALLINC_SHIFT);
 }
 
 static uint32_t word(const struct esp *esp, unsigned number) {
-    return esp->cpu.a[(first_register(esp) + 2 + number) & 15];
+    return esp->cpu->a[(first_register(esp) + 2 + number) & 15];
 }
 
 static uint64_t pair(const struct esp *esp, unsigned number) {
@@ -40,7 +40,7 @@ static float rom_float(uint32_t bits) {
 }
 
 static void put(struct esp *esp, unsigned number, uint32_t value) {
-    esp->cpu.a[(first_register(esp) + 2 + number) & 15] = value;
+    esp->cpu->a[(first_register(esp) + 2 + number) & 15] = value;
 }
 
 static void put_pair(struct esp *esp, uint64_t value) {
@@ -86,14 +86,14 @@ static uint64_t rom_divided(int64_t n, int64_t d) {
 
 static void rom_move(struct esp *esp, uint32_t to, uint32_t from, uint32_t count) {
     const bool backwards = to > from;
-    for (uint32_t i = 0; i < count && esp->stop != ES_FAULT && !esp->cpu.broken; i++) {
+    for (uint32_t i = 0; i < count && esp->stop != ES_FAULT && !esp->cpu->broken; i++) {
         const uint32_t at = backwards ? count - 1 - i : i;
         bus_store(esp, to + at, bus_load(esp, from + at, 1), 1);
     }
 }
 
 static void rom_fill(struct esp *esp, uint32_t to, uint32_t value, uint32_t count) {
-    for (uint32_t i = 0; i < count && esp->stop != ES_FAULT && !esp->cpu.broken; i++)
+    for (uint32_t i = 0; i < count && esp->stop != ES_FAULT && !esp->cpu->broken; i++)
         bus_store(esp, to + i, value & 255, 1);
 }
 
@@ -160,21 +160,21 @@ static const struct function *function_at(const struct esp *esp, uint32_t addres
 
 /* The newest call, when it is this one: an interrupt may have come in the middle of it, and called others. */
 static struct rom_work *work_of(struct esp *esp, const struct function *function) {
-    struct rom_work *newest = &esp->rom_work[esp->rom_depth - 1];
-    const uint32_t stack = esp->cpu.a[1];
-    if (esp->rom_depth != 0 && newest->address == esp->cpu.pc && newest->stack == stack)
+    struct rom_work *newest = &esp->cpu->rom_work[esp->cpu->rom_depth - 1];
+    const uint32_t stack = esp->cpu->a[1];
+    if (esp->cpu->rom_depth != 0 && newest->address == esp->cpu->pc && newest->stack == stack)
         return newest;
-    if (esp->rom_depth == ROM_DEPTH) {
+    if (esp->cpu->rom_depth == ROM_DEPTH) {
         chip_fault(esp, "functions of the boot ROM have interrupted each other %d deep", ROM_DEPTH);
         return NULL;
     }
-    newest = &esp->rom_work[esp->rom_depth++];
-    *newest = (struct rom_work){.address = esp->cpu.pc, .stack = stack, .left = function->cost(esp)};
+    newest = &esp->cpu->rom_work[esp->cpu->rom_depth++];
+    *newest = (struct rom_work){.address = esp->cpu->pc, .stack = stack, .left = function->cost(esp)};
     return newest;
 }
 
 void rom_call(struct esp *esp) {
-    struct cpu *cpu = &esp->cpu;
+    struct cpu *cpu = esp->cpu;
     const uint32_t back = cpu->a[first_register(esp)];
     const struct function *function = function_at(esp, cpu->pc);
     char text[96];
@@ -190,9 +190,9 @@ void rom_call(struct esp *esp) {
     const uint64_t spent = work->left < room ? work->left : room;
     esp->cycles += spent;
     work->left -= spent;
-    if (work->left != 0)
+    if (work->left != 0 || cores_wait(esp))
         return;
-    esp->rom_depth--;
+    esp->cpu->rom_depth--;
     cpu->next = (back & 0x3FFFFFFFu) | (cpu->pc & 0xC0000000u);
     function->call(esp);
 }

@@ -47,7 +47,8 @@ enum {
 enum { USER_EXPSTATE = 230, USER_THREADPTR = 231, USER_FCR = 232, USER_FSR = 233 };
 
 #define PS_WRITABLE 0x00070FFFu
-#define PRID_CORE0  0xCDCDu /* what ESP-IDF knows core 0 by */
+/* What ESP-IDF knows the cores by. */
+static const uint32_t processor_ids[CORES] = {0xCDCD, 0xABAB};
 
 static const uint32_t config_ids[2][2] = {{0xC2BCFFFE, 0x1CC5FE96}, {0xC2F0FFFE, 0x23090F1F}};
 static const uint8_t timer_interrupts[TIMERS] = {INTERRUPT_TIMER0, INTERRUPT_TIMER1, INTERRUPT_TIMER2};
@@ -113,7 +114,7 @@ static uint32_t *plain(struct cpu *cpu, unsigned number) {
 static void unknown(struct esp *esp, const char *what, unsigned number) {
     char text[96];
     chip_fault(esp, "%s special register %u at %s is not emulated", what, number,
-               chip_place(esp, esp->cpu.pc, text));
+               chip_place(esp, esp->cpu->pc, text));
 }
 
 static bool is_for_debugger(unsigned number) {
@@ -123,18 +124,18 @@ static bool is_for_debugger(unsigned number) {
 }
 
 static uint32_t value_of(struct esp *esp, unsigned number) {
-    const uint32_t *word = plain(&esp->cpu, number);
+    const uint32_t *word = plain(esp->cpu, number);
     if (word != NULL)
         return *word;
     switch (number) {
     case WINDOWBASE:
-        return esp->cpu.window_base;
+        return esp->cpu->window_base;
     case INTERRUPT:
-        return cpu_interrupts(&esp->cpu);
+        return cpu_interrupts(esp->cpu);
     case CCOUNT:
         return chip_ccount(esp);
     case PRID:
-        return PRID_CORE0;
+        return processor_ids[esp->cpu->number];
     case CONFIGID0:
         return config_ids[esp->chip][0];
     case CONFIGID1:
@@ -149,8 +150,8 @@ static uint32_t value_of(struct esp *esp, unsigned number) {
 /* ---- what a write does ---- */
 
 static void schedule(struct esp *esp, unsigned timer) {
-    const uint32_t distance = esp->cpu.ccompare[timer] - chip_ccount(esp);
-    esp->cpu.timer_at[timer] = esp->cycles + (distance == 0 ? 1ull << 32 : distance);
+    const uint32_t distance = esp->cpu->ccompare[timer] - chip_ccount(esp);
+    esp->cpu->timer_at[timer] = esp->cycles + (distance == 0 ? 1ull << 32 : distance);
 }
 
 static void schedule_all(struct esp *esp) {
@@ -182,8 +183,13 @@ static uint32_t writable(const struct cpu *cpu, unsigned number, uint32_t value)
     }
 }
 
+/* Writing it may let an interrupt come, or change when. */
+static bool may_interrupt(unsigned number) {
+    return (number >= INTERRUPT && number <= PS) || (number >= CCOUNT && number < CCOMPARE0 + TIMERS);
+}
+
 static void set(struct esp *esp, unsigned number, uint32_t value) {
-    struct cpu *cpu = &esp->cpu;
+    struct cpu *cpu = esp->cpu;
     uint32_t *word = plain(cpu, number);
     if (word != NULL)
         *word = writable(cpu, number, value);
@@ -205,20 +211,21 @@ static void set(struct esp *esp, unsigned number, uint32_t value) {
         cpu->latched &= ~(1u << timer_interrupts[number - CCOMPARE0]);
         schedule(esp, number - CCOMPARE0);
     }
-    chip_look(esp);
+    if (may_interrupt(number))
+        chip_look(esp);
 }
 
 void special_read(struct esp *esp, const struct op *op) {
-    esp->cpu.a[op->t] = value_of(esp, op->other);
+    esp->cpu->a[op->t] = value_of(esp, op->other);
 }
 
 void special_write(struct esp *esp, const struct op *op) {
-    set(esp, op->other, esp->cpu.a[op->t]);
+    set(esp, op->other, esp->cpu->a[op->t]);
 }
 
 void special_exchange(struct esp *esp, const struct op *op) {
-    const uint32_t before = value_of(esp, op->other), with = esp->cpu.a[op->t];
-    esp->cpu.a[op->t] = before;
+    const uint32_t before = value_of(esp, op->other), with = esp->cpu->a[op->t];
+    esp->cpu->a[op->t] = before;
     set(esp, op->other, with);
 }
 
@@ -227,16 +234,17 @@ void special_exchange(struct esp *esp, const struct op *op) {
 static uint32_t *user(struct esp *esp, unsigned number) {
     switch (number) {
     case USER_EXPSTATE:
-        return &esp->cpu.expstate;
+        return &esp->cpu->expstate;
     case USER_THREADPTR:
-        return &esp->cpu.threadptr;
+        return &esp->cpu->threadptr;
     case USER_FCR:
-        return &esp->cpu.fcr;
+        return &esp->cpu->fcr;
     case USER_FSR:
-        return &esp->cpu.fsr;
+        return &esp->cpu->fsr;
     default: {
         char text[96];
-        chip_fault(esp, "user register %u at %s is not emulated", number, chip_place(esp, esp->cpu.pc, text));
+        chip_fault(esp, "user register %u at %s is not emulated", number,
+                   chip_place(esp, esp->cpu->pc, text));
         return NULL;
     }
     }
@@ -245,14 +253,14 @@ static uint32_t *user(struct esp *esp, unsigned number) {
 void special_user_read(struct esp *esp, const struct op *op) {
     const uint32_t *word = user(esp, op->other);
     if (word != NULL)
-        esp->cpu.a[op->r] = *word;
+        esp->cpu->a[op->r] = *word;
 }
 
 void special_user_write(struct esp *esp, const struct op *op) {
     uint32_t *word = user(esp, op->other);
     if (word == NULL)
         return;
-    *word = esp->cpu.a[op->t];
+    *word = esp->cpu->a[op->t];
     if (op->other == USER_FCR && (*word & 3) != 0)
         chip_fault(esp, "rounding other than to nearest is not emulated");
 }
@@ -260,17 +268,21 @@ void special_user_write(struct esp *esp, const struct op *op) {
 /* ---- timers of the processor ---- */
 
 void special_timers(struct esp *esp) {
-    for (unsigned timer = 0; timer < TIMERS; timer++) {
-        if (esp->cpu.timer_at[timer] > esp->cycles)
+    for (unsigned i = 0; i < CORES * TIMERS; i++) {
+        struct cpu *cpu = &esp->core[i / TIMERS];
+        const unsigned timer = i % TIMERS;
+        if (cpu->timer_at[timer] > esp->cycles)
             continue;
-        esp->cpu.latched |= 1u << timer_interrupts[timer];
-        esp->cpu.timer_at[timer] += 1ull << 32;
+        cpu->latched |= 1u << timer_interrupts[timer];
+        cpu->timer_at[timer] += 1ull << 32;
     }
 }
 
 uint64_t special_next(const struct esp *esp) {
     uint64_t next = NEVER;
-    for (unsigned timer = 0; timer < TIMERS; timer++)
-        next = esp->cpu.timer_at[timer] < next ? esp->cpu.timer_at[timer] : next;
+    for (unsigned i = 0; i < CORES * TIMERS; i++) {
+        const uint64_t at = esp->core[i / TIMERS].timer_at[i % TIMERS];
+        next = at < next ? at : next;
+    }
     return next;
 }

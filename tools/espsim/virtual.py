@@ -72,7 +72,7 @@ PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "es_symbol": (c_uint32, (_CHIP, c_char_p)),
     "es_write": (c_bool, (_CHIP, c_uint32, c_char_p, c_size_t)),
     "es_read": (c_bool, (_CHIP, c_uint32, c_char_p, c_size_t)),
-    "es_cpu_get": (None, (_CHIP, POINTER(Cpu))),
+    "es_cpu_get": (None, (_CHIP, c_uint, POINTER(Cpu))),
     "es_cpu_set": (None, (_CHIP, POINTER(Cpu))),
     "es_physical": (c_uint32, (_CHIP, c_uint)),
     "es_pin_drive": (None, (_CHIP, c_uint, c_int)),
@@ -169,9 +169,9 @@ class VirtualChip:
             raise ValueError(f"no memory with {count} bytes at {address:#010x}")
         return data.raw
 
-    def cpu(self) -> Cpu:
+    def cpu(self, core: int = 0) -> Cpu:
         cpu = Cpu()
-        self._library.es_cpu_get(self._chip, ctypes.byref(cpu))
+        self._library.es_cpu_get(self._chip, core, ctypes.byref(cpu))
         return cpu
 
     def set_cpu(self, cpu: Cpu) -> None:

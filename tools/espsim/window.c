@@ -43,7 +43,7 @@ void window_rotate(struct cpu *cpu, int by) {
 }
 
 static void enter(struct esp *esp, int by, uint32_t vector) {
-    struct cpu *cpu = &esp->cpu;
+    struct cpu *cpu = esp->cpu;
     cpu->ps = (cpu->ps & ~(uint32_t)PS_OWB) | cpu->window_base << PS_OWB_SHIFT | PS_EXCM;
     cpu->epc[1] = cpu->pc;
     window_rotate(cpu, by);
@@ -52,7 +52,7 @@ static void enter(struct esp *esp, int by, uint32_t vector) {
 
 /* Fours 1 .. top are used, and a window of a caller begins in one of them: it goes to the stack. */
 void window_overflow(struct esp *esp, unsigned top) {
-    struct cpu *cpu = &esp->cpu;
+    struct cpu *cpu = esp->cpu;
     unsigned by = 1;
     while (by < top && !begins(cpu, cpu->window_base + by))
         by++;
@@ -62,7 +62,7 @@ void window_overflow(struct esp *esp, unsigned top) {
 }
 
 void window_entry(struct esp *esp, const struct op *op) {
-    struct cpu *cpu = &esp->cpu;
+    struct cpu *cpu = esp->cpu;
     const unsigned by = (cpu->ps & PS_CALLINC) >> PS_CALLINC_SHIFT;
     if (op->s > 3 || (cpu->ps & (PS_WOE | PS_EXCM)) != PS_WOE) {
         cpu_exception(esp, CAUSE_ILLEGAL);
@@ -79,7 +79,7 @@ void window_entry(struct esp *esp, const struct op *op) {
 }
 
 void window_return(struct esp *esp) {
-    struct cpu *cpu = &esp->cpu;
+    struct cpu *cpu = esp->cpu;
     const unsigned by = cpu->a[0] >> 30;
     unsigned nearest = 1;
     while (nearest <= 3 && !begins(cpu, cpu->window_base - nearest))
@@ -99,7 +99,7 @@ void window_return(struct esp *esp) {
 }
 
 void window_movsp(struct esp *esp, const struct op *op) {
-    struct cpu *cpu = &esp->cpu;
+    struct cpu *cpu = esp->cpu;
     bool caller_is_here = false;
     for (unsigned by = 1; by <= 3; by++)
         caller_is_here |= begins(cpu, cpu->window_base - by);
@@ -111,7 +111,7 @@ void window_movsp(struct esp *esp, const struct op *op) {
 
 /* RFWO, RFWU */
 void window_handled(struct esp *esp, bool underflow) {
-    struct cpu *cpu = &esp->cpu;
+    struct cpu *cpu = esp->cpu;
     const unsigned owner = (cpu->ps & PS_OWB) >> PS_OWB_SHIFT;
     if (underflow)
         cpu->window_start |= 1u << cpu->window_base;
