@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import hashlib
-import struct
+from typing import Any
 
+import images
 import pytest
 from espsim.virtual import ChipFault, VirtualChip
 from make_vectors import elf
@@ -17,15 +17,7 @@ VALUES = b"some data that is 28 bytes.\0"
 def image(
     *, chip: int = 0, pieces: tuple[tuple[int, bytes], ...] = ((ENTRY, CODE), (DATA, VALUES)), hashed: bool = True
 ) -> bytes:
-    """As esptool makes one. https://docs.espressif.com/projects/esptool, Firmware Image Format"""
-    text = struct.pack("<4BI4BHBHH4xB", 0xE9, len(pieces), 2, 0x20, ENTRY, 0xEE, 0, 0, 0, chip, 0, 0, 0, hashed)
-    checksum = 0xEF
-    for address, data in pieces:
-        text += struct.pack("<2I", address, len(data)) + data
-        for byte in data:
-            checksum ^= byte
-    text += bytes(15 - len(text) % 16) + bytes((checksum,))
-    return text + (hashlib.sha256(text).digest() if hashed else b"")
+    return images.image(ENTRY, pieces, chip=chip, hashed=hashed)
 
 
 @pytest.mark.parametrize("hashed", [True, False])
@@ -51,8 +43,16 @@ def flipped(text: bytes, at: int) -> bytes:
     return text[:at] + bytes((text[at] ^ 1,)) + text[at + 1 :]
 
 
-def merged() -> bytes:
-    return (b"\xff" * 0x1000 + image()).ljust(0x8000, b"\xff") + b"\xaa\x50" + bytes(100)
+def merged(**how: Any) -> bytes:
+    return images.merged(0, image(), **how)
+
+
+def table(*entries: bytes) -> bytes:
+    return images.table(entries)
+
+
+def signed() -> bytes:
+    return image().ljust(0x1000, b"\xff") + b"\xe7\x02" + bytes(1214)
 
 
 REFUSED = [
@@ -66,7 +66,21 @@ REFUSED = [
     (flipped(image(), 35), "the image is damaged: its checksum is"),
     (flipped(image(), 4), "the image is damaged: its SHA-256 is another one"),
     (image() + b"x" * 9, "9 bytes follow the image's end"),
-    (merged(), "this is a merged image of a whole flash"),
+    (image(pieces=((0x3F400000, b"1234"),)), "is at 10020 in flash, which no page of 64 KB maps there"),
+    (flipped(merged(), 0x1000), "its first byte is e8, not e9"),
+    (flipped(merged(), 0x1021), "the image is damaged: its checksum is"),
+    (flipped(merged(), 0x8004), "the partition table is damaged: its MD5 is another one"),
+    (flipped(merged(), 0x8020), "the partition table is damaged: an entry does not begin with 50aa"),
+    (flipped(merged(), images.OTA_0), "its first byte is e8, not e9.; encrypted images cannot be run"),
+    (flipped(merged(), images.OTA_0 + 40), "the image is damaged: its checksum is"),
+    (merged(parts=table(images.TABLE[0])), "the partition table has no application"),
+    (
+        merged(parts=table(images.partition(0, 0, 0x10000, 0x400000, b"factory"))),
+        "the partition factory ends at 410000, but the flash has 400000 bytes .4 MB.; build for this size",
+    ),
+    (merged(parts=table(images.partition(0, 0, 0x10000, 0x10000, b"factory", 1))), "factory is encrypted"),
+    (merged() + bytes(0x400000), "the merged image has [0-9]+ bytes, but its flash 4 MB"),
+    (images.merged(0, signed()), "this image is signed for secure boot"),
     (image(pieces=((0x3F000000, b"1234"),)), "has no memory for 4 bytes at 3f000000"),
     (b"\x7fELF\x02".ljust(64, b"\0"), "this ELF file is not a program for Xtensa"),
     (elf([(DATA, b"1234"), (0x70000000, b"1")]), "has no memory for 1 bytes at 70000000"),

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * Addresses: memories, and registers of peripherals. Tables of the technical reference manuals, chapter
- * System and Memory. Flash that the MMU maps is a memory here: what is mapped there, a loader has put there.
+ * System and Memory. Flash is a memory of its own for an ELF file; with an image in a flash chip it is what
+ * the MMU maps.
  */
 #include "esp.h"
 
@@ -27,8 +28,8 @@ static const struct region esp32s3[] = {
     {"DRAM", 0x3FC88000, 0x78000, false, false, 0},
     {"IRAM", 0x40370000, 0x8000, true, false, 0},
     {"IRAM", 0x40378000, 0x68000, true, false, 0x3FC88000},
-    {"flash data", 0x3C000000, 0x800000, false, true, 0},
-    {"flash code", 0x42000000, 0x800000, true, true, 0},
+    {"flash data", 0x3C000000, 0x2000000, false, true, 0},
+    {"flash code", 0x42000000, 0x2000000, true, true, 0},
     {"RTC fast memory", 0x600FE000, 0x2000, false, false, 0},
     {"RTC slow memory", 0x50000000, 0x2000, false, false, 0},
 };
@@ -40,11 +41,17 @@ static struct memory *memory_at(const struct esp *esp, uint32_t address) {
     return NULL;
 }
 
+/* Pages may lie anywhere in the flash chip, and be missing. */
 uint8_t *bus_bytes(const struct esp *esp, uint32_t address, size_t count) {
     const struct memory *memory = memory_at(esp, address);
     if (memory == NULL || count > memory->size - (address - memory->base))
         return NULL;
-    return memory->bytes + (address - memory->base);
+    uint8_t *first = esp->words[address >> PAGE_BITS];
+    const uint32_t end = (uint32_t)((address & (PAGE - 1)) + count);
+    for (uint32_t at = PAGE; first != NULL && at < end; at += PAGE)
+        if (esp->words[(address + at) >> PAGE_BITS] != first + at)
+            return NULL;
+    return first == NULL ? NULL : first + (address & (PAGE - 1));
 }
 
 static bool add(struct esp *esp, const struct region *region) {
@@ -105,10 +112,17 @@ static const struct block *block_at(const struct esp *esp, uint32_t address) {
     return NULL;
 }
 
+const char *bus_missing(const struct esp *esp, uint32_t address, const char *otherwise) {
+    const struct memory *memory = memory_at(esp, address);
+    if (memory == NULL || !memory->constant || !esp->mmu.is_used)
+        return otherwise;
+    return esp->mmu.visible ? "where no flash is mapped" : "which is flash, while its cache is off";
+}
+
 static void nothing_there(struct esp *esp, const char *what, uint32_t address) {
     char text[96];
-    chip_fault(esp, "%s %08x, where nothing is emulated, by the instruction at %s", what, address,
-               chip_place(esp, esp->cpu->pc, text));
+    chip_fault(esp, "%s %08x, %s, by the instruction at %s", what, address,
+               bus_missing(esp, address, "where nothing is emulated"), chip_place(esp, esp->cpu->pc, text));
 }
 
 /* Registers are words, and aligned. */
@@ -175,11 +189,14 @@ void bus_store(struct esp *esp, uint32_t address, uint32_t value, unsigned size)
 
 bool bus_fetch(struct esp *esp, uint32_t address, uint32_t *word) {
     const struct memory *memory = memory_at(esp, address);
-    if (memory == NULL || !memory->words_only)
+    if (memory == NULL || !memory->words_only || esp->words[address >> PAGE_BITS] == NULL)
         return false;
-    const uint32_t left = memory->size - (address - memory->base);
     *word = 0;
-    memcpy(word, memory->bytes + (address - memory->base), left < 4 ? left : 4);
+    for (uint32_t i = 0; i < 4; i++) {
+        const uint8_t *page = esp->words[(address + i) >> PAGE_BITS];
+        if (page != NULL)
+            *word |= (uint32_t)page[(address + i) & (PAGE - 1)] << 8 * i;
+    }
     return true;
 }
 

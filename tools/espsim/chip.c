@@ -70,7 +70,10 @@ struct esp *es_create(enum es_chip chip) {
     timers_create(esp);
     matrix_create(esp);
     uart_create(esp);
+    spi_create(esp);
+    mmu_create(esp);
     cores_create(esp);
+    dport_create(esp);
     chip_look(esp);
     return esp;
 }
@@ -78,7 +81,9 @@ struct esp *es_create(enum es_chip chip) {
 void es_destroy(struct esp *esp) {
     if (esp == NULL)
         return;
+    mmu_destroy(esp);
     bus_destroy(esp);
+    free(esp->flash.bytes);
     for (size_t i = 0; i < esp->symbol_count; i++)
         free(esp->symbols[i].name);
     free(esp->symbols);
@@ -134,13 +139,13 @@ static void work(struct esp *esp, uint64_t until) {
         if (esp->limit > esp->cycles)
             cpu_run(esp);
     }
-    if (esp->stop != ES_FAULT)
+    if (esp->stop == ES_TIME || esp->stop == ES_PLACE)
         settle(esp);
 }
 
 enum es_stop es_run(struct esp *esp, uint64_t until_cycle) {
-    if (esp->stop == ES_FAULT)
-        return ES_FAULT;
+    if (esp->stop == ES_FAULT || esp->stop == ES_DARK)
+        return esp->stop;
     if (esp->stop == ES_PLACE) { /* past it */
         esp->stop = ES_TIME;
         esp->passes = true;

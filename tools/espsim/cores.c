@@ -13,7 +13,7 @@ enum { RUNSTALL = 1, CLOCK = 2, RESET = 4 };
 /* SW_STALL_APPCPU and SW_STALL_PROCPU: all of 0x86 stalls. */
 enum { STALL = 0x86 };
 
-static const uint32_t stack_of_app[2] = {0x3FFE4340, 0x3FCEFFF0}; /* the boot ROM's, for core 1 */
+static const uint32_t stack_of_app[2] = {0x3FFE4340, 0x3FCED700}; /* the boot ROM's, for core 1 */
 
 /* ---- turns ---- */
 

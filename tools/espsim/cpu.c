@@ -185,7 +185,8 @@ static bool prepare(struct esp *esp, struct op *op, uint32_t pc) {
     }
     if (!bus_fetch(esp, pc, &word)) {
         char from[96];
-        chip_fault(esp, "the program runs to %08x, where there is no code; a0 is %s", pc,
+        chip_fault(esp, "the program runs to %08x, %s; a0 is %s", pc,
+                   bus_missing(esp, pc, "where there is no code"),
                    chip_place(esp, (esp->cpu->a[0] & 0x3FFFFFFFu) | 0x40000000u, from));
         return false;
     }

@@ -9,7 +9,11 @@
  *   fpu.c mac.c  floating point; the multiplier's accumulator
  *   bus.c        addresses -> memories, registers of peripherals
  *   load.c       ELF files and images
+ *   boot.c       from a flash chip to the application that is to start
+ *   digest.c     MD5, CRC-32
  *   rom.c        functions of the boot ROM, done by this computer
+ *   flash.c mmu.c spi.c   the flash chip, its pages in the address space, its commands
+ *   dport.c      caches on and off; registers that only keep what is written
  *   gpio.c timer.c matrix.c uart.c   the peripherals
  *   cores.c      two cores that take turns
  *   chip.c       time */
@@ -35,6 +39,10 @@ enum {
     SOURCES = 128, /* of interrupts */
     ROM_DEPTH = 8,
     UART_FIFO = 128,
+    MMU_ENTRIES = 2048,
+    SEGMENTS_MAX = 16,
+    KEPT = 8,
+    KEPT_WORDS = 1024,
 };
 
 /* PS */
@@ -161,6 +169,50 @@ struct uart {
     size_t in_count, in_at, in_room, out_count, out_room;
 };
 
+/* The flash chip. */
+struct flash {
+    uint8_t *bytes;
+    uint32_t size;
+    uint8_t status[2];
+    bool write_enabled;
+    uint64_t busy_until;
+    uint32_t operations, cut_at; /* writes and erases; at which of them the power goes; 0: at none */
+    int torn;
+};
+
+/* What goes over its wires. */
+struct flash_command {
+    uint8_t code;
+    uint32_t address;
+    const uint8_t *out;
+    uint8_t *in;
+    uint32_t out_count, in_count;
+};
+
+struct mmu {
+    bool is_used, visible; /* pages are mapped by it; the cache is on */
+    uint32_t entry[MMU_ENTRIES], app_entry[MMU_ENTRIES];
+    struct op **waiting; /* of each page: its instructions, while the cache is off */
+};
+
+struct spi {
+    uint32_t word[256];
+};
+
+/* A piece of a program: where in the file it is and where it goes. */
+struct piece {
+    uint32_t address;
+    size_t at, count;
+};
+
+/* An application's image of ESP-IDF. @param size  with its checksum and hash */
+struct image {
+    struct piece piece[SEGMENTS_MAX];
+    unsigned count;
+    uint32_t entry;
+    size_t size;
+};
+
 /* What holds core 1. */
 struct app_core {
     uint32_t control, boot; /* APPCPU_CTRL_A to C as one word of the S3's bits; where it begins */
@@ -196,6 +248,10 @@ struct esp {
     uint8_t route[CORES][SOURCES]; /* the interrupt of a source */
     uint32_t source[CORES][SOURCES / 32];
     struct app_core app;
+    struct flash flash;
+    struct mmu mmu;
+    struct spi spi[2];
+    uint32_t cache_control[CORES], kept[KEPT][KEPT_WORDS];
 
     bool record_edges;
     struct es_edge *edges;
@@ -248,7 +304,7 @@ void cpu_return(struct esp *esp);                      /* RFE */
 void cpu_return_double(struct esp *esp);               /* RFDE */
 void cpu_return_from(struct esp *esp, unsigned level); /* RFI */
 bool cpu_interrupt(struct esp *esp);                   /* take one, if one asks and may. @return whether */
-bool cpu_sleeps(const struct cpu *cpu);                /* until somebody interrupts it */
+bool cpu_sleeps(const struct cpu *cpu);                /* until an interrupt */
 uint32_t cpu_interrupts(const struct cpu *cpu);        /* INTERRUPT */
 /* special.c */
 void special_read(struct esp *esp, const struct op *op);
@@ -270,7 +326,33 @@ void bus_add(struct esp *esp, const struct block *block);
 uint32_t bus_load(struct esp *esp, uint32_t address, unsigned size);
 void bus_store(struct esp *esp, uint32_t address, uint32_t value, unsigned size);
 bool bus_fetch(struct esp *esp, uint32_t address, uint32_t *word); /* 4 bytes, or those that there are */
+const char *bus_missing(const struct esp *esp, uint32_t address,
+                        const char *otherwise);                            /* why there is nothing */
 uint8_t *bus_bytes(const struct esp *esp, uint32_t address, size_t count); /* NULL: no memory has them all */
+/* flash.c, mmu.c, spi.c */
+bool flash_create(struct esp *esp, size_t size);
+bool flash_is_busy(const struct esp *esp);
+void flash_do(struct esp *esp, const struct flash_command *command);
+void mmu_create(struct esp *esp);
+void mmu_destroy(struct esp *esp);
+void mmu_begin(struct esp *esp);
+void mmu_map(struct esp *esp, unsigned entry, uint32_t value);
+unsigned mmu_entry(const struct esp *esp, uint32_t address);    /* that maps it */
+bool mmu_has(const struct esp *esp, uint32_t address);          /* flash may be mapped there */
+void mmu_show(struct esp *esp, bool visible);                   /* the cache is turned on or off */
+void mmu_changed(struct esp *esp, uint32_t at, uint32_t count); /* bytes of the flash */
+void spi_create(struct esp *esp);
+void dport_create(struct esp *esp);
+void dport_cache(struct esp *esp, unsigned core, bool on); /* of the ESP32 */
+/* load.c, boot.c */
+extern const char *const chip_names[];
+bool image_read(struct esp *esp, const uint8_t *bytes, size_t size, struct image *image);
+bool boot_is_merged(const uint8_t *bytes, size_t size);
+bool boot_load_merged(struct esp *esp, const uint8_t *bytes, size_t size);
+size_t boot_flash_size(const uint8_t *header);
+bool boot_can_map(struct esp *esp, const struct image *image, uint32_t place);
+bool boot_start(struct esp *esp, const struct image *image,
+                uint32_t place); /* as the 2nd-stage bootloader does */
 /* rom.c */
 bool rom_has(const struct esp *esp, uint32_t address);
 void rom_call(struct esp *esp);

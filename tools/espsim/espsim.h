@@ -22,14 +22,16 @@ enum es_stop {
     ES_TIME,  /* the time asked for has come */
     ES_FAULT, /* es_fault() is what is wrong; the chip stays stopped */
     ES_PLACE, /* the program is at the address of es_stop_at() */
+    ES_DARK,  /* es_cut_power() struck: es_boot() is the next power-on */
 };
 
 /** A chip after a reset, its memories empty. @return NULL: no memory */
 struct esp *es_create(enum es_chip chip);
 void es_destroy(struct esp *esp);
 
-/** Load a program and set the program counter to its entry: an ELF file, or an application image of ESP-IDF
- * (as esptool makes it). Register windows are as after a reset, the stack pointer is at the end of data RAM.
+/** Load a program and set the program counter to its entry: an ELF file; an application image of ESP-IDF (as
+ * esptool makes it), which goes into a flash chip; or a merged image of a whole flash chip, from which
+ * es_boot() starts. Register windows are as after a reset.
  * @return false: es_fault() is what is wrong, and nothing was loaded */
 bool es_load(struct esp *esp, const uint8_t *bytes, size_t count);
 
@@ -93,6 +95,24 @@ size_t es_edges(struct esp *esp, struct es_edge *out, size_t room);
 void es_uart_put(struct esp *esp, const uint8_t *bytes, size_t count);
 /** Take what the transmitter has sent. @return bytes copied */
 size_t es_uart_get(struct esp *esp, uint8_t *bytes, size_t size);
+
+/* ---- flash ---- */
+
+/** A blank flash chip. @param size  bytes: 1, 2, 4, 8 or 16 MB. @return false: es_fault() */
+bool es_flash_create(struct esp *esp, size_t size);
+/** Write bytes into it, as a programmer does. @return false: it has no room for them */
+bool es_flash_write(struct esp *esp, uint32_t address, const uint8_t *bytes, size_t count);
+/** @return its size; 0: none */
+size_t es_flash(const struct esp *esp, const uint8_t **bytes);
+
+/** A power-on: start the application that the flash chip's partition table and otadata name, as the
+ * second-stage bootloader does. @return false: es_fault() */
+bool es_boot(struct esp *esp);
+
+/** Cut the power at the n-th write or erase from now, 1 = the next; 0: never. @param torn  0: before it, 1:
+ * in its middle, half of its bytes are done, and half of the bits of the next one, 2: right behind it */
+void es_cut_power(struct esp *esp, uint32_t nth, int torn);
+uint32_t es_flash_operations(const struct esp *esp);
 
 /* ---- measurements ---- */
 

@@ -9,10 +9,10 @@
 #include <string.h>
 
 enum { MACHINE_XTENSA = 94, SEGMENT_LOAD = 1, SECTION_SYMBOLS = 2, SYMBOL_MAX = 128 };
-enum { HEADER = 24, SEGMENTS_MAX = 16, IMAGE_MAGIC = 0xE9, CHECKSUM_START = 0xEF, HASH = 32 };
-enum { PARTITION_TABLE = 0x8000 };
+enum { HEADER = 24, IMAGE_MAGIC = 0xE9, CHECKSUM_START = 0xEF, HASH = 32 };
+enum { SIGNATURE_MAGIC = 0xE7, SIGNATURE_ALIGNMENT = 4096, APP_PLACE = 0x10000 };
 
-static const char *const chip_names[] = {"ESP32", "ESP32-S3"};
+const char *const chip_names[] = {"ESP32", "ESP32-S3"};
 static const unsigned chip_ids[] = {0, 9};
 
 static uint32_t word(const uint8_t *at) {
@@ -23,17 +23,13 @@ static uint16_t half(const uint8_t *at) {
     return (uint16_t)(at[0] | at[1] << 8);
 }
 
-/* A piece of a program: where in the file it is and where it goes. */
-struct piece {
-    uint32_t address;
-    size_t at, count;
-};
-
 static bool fits(struct esp *esp, const struct piece *piece, size_t size) {
     if (piece->at > size || piece->count > size - piece->at) {
         chip_fault(esp, "the file ends in the middle of the segment for %08x", piece->address);
         return false;
     }
+    if (mmu_has(esp, piece->address))
+        return true;
     if (piece->count != 0 && bus_bytes(esp, piece->address, piece->count) == NULL) {
         chip_fault(esp, "the %s has no memory for %zu bytes at %08x", chip_names[esp->chip], piece->count,
                    piece->address);
@@ -133,10 +129,7 @@ static const char *name_of_chip(unsigned id, char text[24]) {
 
 static bool is_header_right(struct esp *esp, const uint8_t *bytes, size_t size) {
     char other[24];
-    if (size > PARTITION_TABLE + 2 && half(bytes + PARTITION_TABLE) == 0x50AA)
-        chip_fault(esp,
-                   "this is a merged image of a whole flash; load the application's image (firmware.bin)");
-    else if (size == 0 || bytes[0] != IMAGE_MAGIC)
+    if (size == 0 || bytes[0] != IMAGE_MAGIC)
         chip_fault(esp,
                    "this is neither an ELF file nor an image of ESP-IDF (its first byte is %02x, not e9); "
                    "encrypted images cannot be run",
@@ -162,18 +155,16 @@ static bool has_hash(const uint8_t *bytes, size_t size, const uint8_t hash[HASH]
     return memcmp(hash, digest, HASH) == 0;
 }
 
-/* Checksum, hash, and nothing behind. @param end  of the last segment */
+/* Checksum and hash. @param end  of the last segment */
 static bool is_whole(struct esp *esp, const uint8_t *bytes, size_t size, size_t end, uint8_t checksum) {
     const size_t checksum_at = end | 15, hashed = checksum_at + 1, all = hashed + (bytes[23] == 1 ? HASH : 0);
+    const size_t signature = (all + SIGNATURE_ALIGNMENT - 1) & ~(size_t)(SIGNATURE_ALIGNMENT - 1);
     if (size < all)
         chip_fault(esp, "the image is damaged: it ends after %zu of %zu bytes", size, all);
     else if (bytes[checksum_at] != checksum)
         chip_fault(esp, "the image is damaged: its checksum is %02x, not %02x", checksum, bytes[checksum_at]);
-    else if (size > all)
-        chip_fault(esp,
-                   "%zu bytes follow the image's end: a signed image or parts of a flash; load the "
-                   "application's image alone",
-                   size - all);
+    else if (signature < size && bytes[signature] == SIGNATURE_MAGIC)
+        chip_fault(esp, "this image is signed for secure boot, which is not emulated; load the unsigned one");
     else if (bytes[23] == 1 && !has_hash(bytes, hashed, bytes + hashed))
         chip_fault(esp, "the image is damaged: its SHA-256 is another one");
     else
@@ -181,11 +172,10 @@ static bool is_whole(struct esp *esp, const uint8_t *bytes, size_t size, size_t 
     return false;
 }
 
-static bool load_image(struct esp *esp, const uint8_t *bytes, size_t size) {
-    struct piece pieces[SEGMENTS_MAX];
-    unsigned found = 0;
+bool image_read(struct esp *esp, const uint8_t *bytes, size_t size, struct image *image) {
     uint8_t checksum = CHECKSUM_START;
     size_t at = HEADER;
+    *image = (struct image){0};
     if (!is_header_right(esp, bytes, size))
         return false;
     for (unsigned i = 0; i < bytes[1]; i++) {
@@ -202,13 +192,38 @@ static bool load_image(struct esp *esp, const uint8_t *bytes, size_t size) {
         for (size_t n = 0; n < piece.count; n++)
             checksum ^= bytes[piece.at + n];
         if (!is_padding)
-            pieces[found++] = piece;
+            image->piece[image->count++] = piece;
         at = piece.at + piece.count;
     }
-    if (!is_whole(esp, bytes, size, at, checksum))
+    image->entry = word(bytes + 4);
+    image->size = (at | 15) + 1 + (bytes[23] == 1 ? HASH : 0);
+    return is_whole(esp, bytes, size, at, checksum);
+}
+
+static bool put_into_flash(struct esp *esp, const uint8_t *bytes, size_t size) {
+    if (es_flash_write(esp, APP_PLACE, bytes, size))
+        return true;
+    chip_fault(esp, "the image has %zu bytes, which its flash of %u MB has no room for", size,
+               esp->flash.size >> 20);
+    return false;
+}
+
+/* An application alone: where ESP-IDF has its first one by default, without a partition table. */
+static bool load_image(struct esp *esp, const uint8_t *bytes, size_t size) {
+    struct image image;
+    if (!image_read(esp, bytes, size, &image))
         return false;
-    start(esp, bytes, pieces, found, word(bytes + 4));
-    return true;
+    if (size > image.size) {
+        chip_fault(esp,
+                   "%zu bytes follow the image's end: a signed image or parts of a flash; load the "
+                   "application's image alone",
+                   size - image.size);
+        return false;
+    }
+    if (!boot_can_map(esp, &image, APP_PLACE))
+        return false;
+    return flash_create(esp, boot_flash_size(bytes)) && put_into_flash(esp, bytes, size) &&
+           boot_start(esp, &image, APP_PLACE);
 }
 
 bool es_load(struct esp *esp, const uint8_t *bytes, size_t count) {
@@ -217,5 +232,7 @@ bool es_load(struct esp *esp, const uint8_t *bytes, size_t count) {
     esp->fault[0] = '\0';
     if (count >= 4 && memcmp(bytes, elf, sizeof elf) == 0)
         return load_elf(esp, bytes, count);
+    if (boot_is_merged(bytes, count))
+        return boot_load_merged(esp, bytes, count);
     return load_image(esp, bytes, count);
 }

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-from ctypes import POINTER, Structure, c_bool, c_char_p, c_int, c_size_t, c_uint, c_uint8, c_uint32, c_uint64
+from ctypes import POINTER, Structure, c_bool, c_char_p, c_int, c_size_t, c_uint, c_uint8, c_uint32, c_uint64, c_void_p
 from ctypes import c_void_p as _CHIP
 from enum import IntEnum
 from functools import cache
@@ -29,6 +29,7 @@ class Stop(IntEnum):
     TIME = 0
     FAULT = 1
     PLACE = 2
+    DARK = 3
 
 
 class ChipFault(Exception):
@@ -81,6 +82,12 @@ PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "es_edges": (c_size_t, (_CHIP, POINTER(Edge), c_size_t)),
     "es_uart_put": (None, (_CHIP, c_char_p, c_size_t)),
     "es_uart_get": (c_size_t, (_CHIP, c_char_p, c_size_t)),
+    "es_flash_create": (c_bool, (_CHIP, c_size_t)),
+    "es_flash_write": (c_bool, (_CHIP, c_uint32, c_char_p, c_size_t)),
+    "es_flash": (c_size_t, (_CHIP, POINTER(c_void_p))),
+    "es_flash_operations": (c_uint32, (_CHIP,)),
+    "es_boot": (c_bool, (_CHIP,)),
+    "es_cut_power": (None, (_CHIP, c_uint32, c_int)),
     "es_level": (None, (_CHIP, c_uint, POINTER(Level))),
 }
 
@@ -213,6 +220,39 @@ class VirtualChip:
         while count := self._library.es_uart_get(self._chip, buffer, ROOM):
             data += buffer.raw[:count]
         return data
+
+    # ---- flash ----
+
+    def create_flash(self, size: int) -> None:
+        """Blank. Raises ChipFault."""
+        if not self._library.es_flash_create(self._chip, size):
+            raise ChipFault(self.fault)
+
+    def flash(self) -> bytes:
+        """All of it, as it is now."""
+        place = c_void_p()
+        size = self._library.es_flash(self._chip, ctypes.byref(place))
+        return ctypes.string_at(place, size)
+
+    def write_flash(self, address: int, data: bytes) -> None:
+        """As a programmer does. Raises ValueError where there is no flash."""
+        if not self._library.es_flash_write(self._chip, address, data, len(data)):
+            raise ValueError(f"no flash for {len(data)} bytes at {address:#x}")
+
+    @property
+    def flash_operations(self) -> int:
+        """Writes and erases so far."""
+        return int(self._library.es_flash_operations(self._chip))
+
+    def cut_power(self, nth: int, torn: int) -> None:
+        """At the n-th write or erase from now: run() returns Stop.DARK.
+        @param torn  0: before it, 1: in the middle, 2: after it"""
+        self._library.es_cut_power(self._chip, nth, torn)
+
+    def boot(self) -> None:
+        """A power-on. Raises ChipFault."""
+        if not self._library.es_boot(self._chip):
+            raise ChipFault(self.fault)
 
     def interrupts(self, level: int) -> Level:
         """What the interrupts of a level have taken, from their vector to RFI."""

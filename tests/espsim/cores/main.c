@@ -8,8 +8,9 @@
 enum { COUNTS = 3000, LEVEL5 = 26, FROM_CPU = 1 };
 
 #if CONFIG_IDF_TARGET_ESP32
-#define CONTROL ((volatile uint32_t *)0x3FF0002C) /* APPCPU_CTRL_A to D: reset, clock, stall, boot address   \
-                                                   */
+#define CONTROL                                                                                              \
+    ((volatile uint32_t *)0x3FF0002C) /* APPCPU_CTRL_A to D: reset, clock, stall, boot address               \
+                                       */
 #define ASK          ((volatile uint32_t *)0x3FF000DC) /* CPU_INTR_FROM_CPU_0 */
 #define APP_MATRIX   ((volatile uint32_t *)0x3FF00218)
 #define FIRST_SOURCE 24
