@@ -245,16 +245,23 @@ static bool boot(struct esp *esp) {
     return false;
 }
 
+bool boot_again(struct esp *esp) {
+    esp->flash.busy_until = 0;
+    esp->flash.write_enabled = false;
+    return boot(esp);
+}
+
 /* A power-on: no write or erase continues. */
 bool es_boot(struct esp *esp) {
     esp->stop = ES_TIME;
     esp->fault[0] = '\0';
-    esp->flash.busy_until = 0;
-    esp->flash.write_enabled = false;
     esp->flash.cut_at = 0;
     if (esp->flash.size == 0)
         chip_fault(esp, "there is no flash chip to start from; load an image");
-    return esp->flash.size != 0 && boot(esp);
+    if (esp->stop == ES_FAULT)
+        return false;
+    chip_power_on(esp);
+    return boot_again(esp);
 }
 
 /* ---- merged images ---- */

@@ -105,9 +105,16 @@ void bus_add(struct esp *esp, const struct block *block) {
     esp->block[esp->block_count++] = *block;
 }
 
+/* The ESP32 has its peripherals twice, on two buses. */
+static uint32_t on_dport(const struct esp *esp, uint32_t address) {
+    return esp->chip == ES_ESP32 && address - 0x60000000 < 0x40000 ? address - 0x60000000 + 0x3FF40000
+                                                                   : address;
+}
+
 static const struct block *block_at(const struct esp *esp, uint32_t address) {
+    const uint32_t at = on_dport(esp, address);
     for (unsigned i = 0; i < esp->block_count; i++)
-        if (address - esp->block[i].base < esp->block[i].size)
+        if (at - esp->block[i].base < esp->block[i].size)
             return &esp->block[i];
     return NULL;
 }
@@ -142,12 +149,25 @@ static bool may_access(struct esp *esp, uint32_t address, unsigned size, const c
     return is_word(esp, address, size, what);
 }
 
+static uint32_t block_load(struct esp *esp, const struct block *block, uint32_t address) {
+    const uint32_t offset = address - block->base;
+    return block->load == NULL ? block->words[offset / 4] : block->load(esp, offset);
+}
+
+static void block_store(struct esp *esp, const struct block *block, uint32_t address, uint32_t value) {
+    const uint32_t offset = address - block->base;
+    if (block->store == NULL)
+        block->words[offset / 4] = value;
+    else
+        block->store(esp, offset, value);
+}
+
 uint32_t bus_load(struct esp *esp, uint32_t address, unsigned size) {
     const struct memory *memory = memory_at(esp, address);
     const struct block *block = memory == NULL ? block_at(esp, address) : NULL;
     uint32_t value = 0;
     if (block != NULL)
-        return may_access(esp, address, size, "load") ? block->load(esp, address - block->base) : 0;
+        return may_access(esp, address, size, "load") ? block_load(esp, block, on_dport(esp, address)) : 0;
     if (memory == NULL || bus_bytes(esp, address, size) == NULL)
         nothing_there(esp, "load from", address);
     else if (memory->words_only && (size != 4 || (address & 3) != 0))
@@ -173,7 +193,7 @@ void bus_store(struct esp *esp, uint32_t address, uint32_t value, unsigned size)
     char text[96];
     if (block != NULL) {
         if (may_access(esp, address, size, "store"))
-            block->store(esp, address - block->base, value);
+            block_store(esp, block, on_dport(esp, address), value);
     } else if (bytes == NULL)
         nothing_there(esp, "store to", address);
     else if (memory->constant)

@@ -57,6 +57,24 @@ uint32_t chip_ccount(const struct esp *esp) {
     return (uint32_t)esp->cycles + esp->cpu->ccount_from;
 }
 
+/* All parts as after a reset. */
+static void create_parts(struct esp *esp) {
+    esp->block_count = 0;
+    memset(esp->source, 0, sizeof esp->source);
+    gpio_create(esp);
+    timers_create(esp);
+    watchdogs_create(esp);
+    matrix_create(esp);
+    uart_create(esp);
+    spi_create(esp);
+    mmu_create(esp);
+    rtc_create(esp);
+    systimer_create(esp);
+    efuse_create(esp);
+    cores_create(esp);
+    dport_create(esp);
+}
+
 struct esp *es_create(enum es_chip chip) {
     struct esp *esp = calloc(1, sizeof *esp);
     if (esp == NULL)
@@ -66,14 +84,8 @@ struct esp *es_create(enum es_chip chip) {
         es_destroy(esp);
         return NULL;
     }
-    gpio_create(esp);
-    timers_create(esp);
-    matrix_create(esp);
-    uart_create(esp);
-    spi_create(esp);
-    mmu_create(esp);
-    cores_create(esp);
-    dport_create(esp);
+    esp->reset_cause = CAUSE_POWER_ON;
+    create_parts(esp);
     chip_look(esp);
     return esp;
 }
@@ -88,8 +100,10 @@ void es_destroy(struct esp *esp) {
         free(esp->symbols[i].name);
     free(esp->symbols);
     free(esp->edges);
-    free(esp->uart.in);
-    free(esp->uart.out);
+    for (unsigned i = 0; i < UARTS; i++) {
+        free(esp->uart[i].in);
+        free(esp->uart[i].out);
+    }
     free(esp);
 }
 
@@ -102,13 +116,16 @@ static uint64_t soonest(uint64_t a, uint64_t b) {
 static void events(struct esp *esp) {
     timers_event(esp);
     uart_event(esp);
+    watchdogs_event(esp);
+    systimer_event(esp);
     special_timers(esp);
     esp->look = true;
 }
 
 static void look_around(struct esp *esp) {
     matrix_update(esp);
-    esp->next_event = soonest(soonest(timers_next(esp), uart_next(esp)), special_next(esp));
+    esp->next_event = soonest(soonest(timers_next(esp), uart_next(esp)),
+                              soonest(soonest(special_next(esp), systimer_next(esp)), watchdogs_next(esp)));
     esp->look = false;
 }
 
@@ -125,10 +142,51 @@ static void settle(struct esp *esp) {
         look_around(esp);
 }
 
+/* ---- resets ---- */
+
+enum { LOOP_RESETS = 8 };
+#define LOOP_CYCLES (5 * (uint64_t)ES_CPU_HZ)
+
+void chip_reset(struct esp *esp, unsigned cause, const char *by) {
+    esp->resets = true;
+    esp->reset_cause = cause;
+    esp->reset_by = by;
+    chip_look(esp);
+}
+
+/* The chip starts from its flash again. Its RTC memory and its pins' drivers outside are as they were. */
+static void reset_now(struct esp *esp) {
+    esp->resets = false;
+    esp->reset_count++;
+    esp->resets_in_a_row = esp->cycles - esp->reset_at < LOOP_CYCLES ? esp->resets_in_a_row + 1 : 1;
+    esp->reset_at = esp->cycles;
+    if (esp->flash.size == 0)
+        chip_fault(esp, "the chip is reset (%s), and has no flash to start from", esp->reset_by);
+    else if (esp->resets_in_a_row == LOOP_RESETS)
+        chip_fault(esp,
+                   "an endless boot loop: the chip was reset %d times within seconds, the last time by: %s",
+                   LOOP_RESETS, esp->reset_by);
+    else {
+        create_parts(esp);
+        (void)boot_again(esp);
+    }
+}
+
+void chip_power_on(struct esp *esp) {
+    esp->resets = false;
+    esp->resets_in_a_row = 0;
+    esp->reset_cause = CAUSE_POWER_ON;
+    create_parts(esp);
+}
+
 /* Until both cores are there. */
 static void work(struct esp *esp, uint64_t until) {
     while (esp->stop == ES_TIME && cores_turn(esp, until)) {
         settle(esp);
+        if (esp->resets) {
+            reset_now(esp);
+            continue;
+        }
         const bool taken = cpu_interrupt(esp);
         const uint64_t limit = soonest(soonest(esp->next_event, until), cores_limit(esp));
         if (esp->cpu->waits && !taken) {
@@ -162,6 +220,11 @@ void es_stop_at(struct esp *esp, uint32_t address) {
     cpu_forget(esp, address, 1);
     esp->stop_at = address;
     esp->stops = true;
+}
+
+unsigned es_resets(const struct esp *esp, const char **by) {
+    *by = esp->reset_count == 0 ? "" : esp->reset_by;
+    return esp->reset_count;
 }
 
 uint64_t es_cycles(const struct esp *esp) {

@@ -99,6 +99,11 @@ void cores_hold(struct esp *esp) {
     chip_look(esp);
 }
 
+void cores_reset_app(struct esp *esp) {
+    esp->app.has_begun = false;
+    cores_hold(esp);
+}
+
 /* ---- registers: APPCPU_CTRL_A to D of the ESP32, CORE_1_CONTROL_0 and 1 of the S3 ---- */
 
 static uint32_t esp32_load(struct esp *esp, uint32_t offset) {
@@ -144,16 +149,21 @@ static void asks_store(struct esp *esp, uint32_t offset, uint32_t value) {
 
 void cores_create(struct esp *esp) {
     const bool is_s3 = esp->chip == ES_ESP32S3;
+    if (esp->cpu != NULL)
+        esp->cpu->cycles = esp->cycles;
     esp->cpu = &esp->core[0];
+    if (esp->core[1].cycles < esp->cycles)
+        esp->core[1].cycles = esp->cycles;
     esp->core[0].runs = true;
+    esp->core[1].runs = false;
     esp->core[1].number = 1;
-    esp->app.control = RESET;
+    esp->app = (struct app_core){.control = RESET};
     for (unsigned core = 0; core < CORES; core++)
         cpu_reset(esp, &esp->core[core]);
     if (is_s3)
-        bus_add(esp, &(struct block){"control of core 1", 0x600C0000, 8, s3_load, s3_store});
+        bus_add(esp, &(struct block){"control of core 1", 0x600C0000, 8, s3_load, s3_store, NULL});
     else
-        bus_add(esp, &(struct block){"control of core 1", 0x3FF0002C, 16, esp32_load, esp32_store});
+        bus_add(esp, &(struct block){"control of core 1", 0x3FF0002C, 16, esp32_load, esp32_store, NULL});
     bus_add(esp, &(struct block){"interrupts from cores", is_s3 ? 0x600C0030 : 0x3FF000DC, 16, asks_load,
-                                 asks_store});
+                                 asks_store, NULL});
 }

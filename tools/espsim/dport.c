@@ -3,6 +3,8 @@
  * written: clocks, resets and pads of peripherals, which are always on here. */
 #include "esp.h"
 
+#include <string.h>
+
 enum { CACHE_ENABLE = 1 << 3, FLUSH = 1 << 4, FLUSH_DONE = 1 << 5, CACHE_IDLE = 1 << 7 };
 
 /* ---- registers that keep what is written ---- */
@@ -12,46 +14,36 @@ struct kept {
     uint32_t base, size;
 };
 
+/* After those that do something: the first block that has an address counts. */
 static const struct kept kept[2][KEPT] = {
     {
-        {"DPORT", 0x3FF00000,
-         0x600}, /* after those that do something: the first block that has an address counts */
+        {"DPORT", 0x3FF00000, 0x600},
+        {"GPIO_SD", 0x3FF44F00, 0x40},
         {"IO_MUX", 0x3FF49000, 0x94},
+        {"I2S0", 0x3FF4F000, 0x100},
+        {"RMT", 0x3FF56000, 0xC00},
+        {"PCNT", 0x3FF57000, 0x100},
+        {"LEDC", 0x3FF59000, 0x200},
+        {"MCPWM0", 0x3FF5E000, 0x130},
+        {"SPI2", 0x3FF64000, 0x400},
+        {"SPI3", 0x3FF65000, 0x400},
+        {"SYSCON", 0x3FF66000, 0x100},
+        {"MCPWM1", 0x3FF6C000, 0x130},
+        {"I2S1", 0x3FF6D000, 0x100},
     },
     {
-        {"SYSTEM", 0x600C0000, 0x1000},
-        {"IO_MUX", 0x60009000, 0x100},
+        {"GPIO_SD", 0x60004F00, 0x40},       {"IO_MUX", 0x60009000, 0x100},
+        {"I2S0", 0x6000F000, 0x100},         {"RMT", 0x60016000, 0xC00},
+        {"PCNT", 0x60017000, 0x100},         {"LEDC", 0x60019000, 0x200},
+        {"MCPWM0", 0x6001E000, 0x130},       {"SPI2", 0x60024000, 0x400},
+        {"SPI3", 0x60025000, 0x400},         {"SYSCON", 0x60026000, 0x400},
+        {"MCPWM1", 0x6002C000, 0x130},       {"I2S1", 0x6002D000, 0x100},
+        {"USB_WRAP", 0x60039000, 0x100},     {"GDMA", 0x6003F000, 0x410},
+        {"SARADC", 0x60040000, 0x400},       {"SYSTEM", 0x600C0000, 0x1000},
+        {"SENSITIVE", 0x600C1000, 0x1000},   {"EXTMEM", 0x600C4000, 0x1000},
+        {"ASSIST_DEBUG", 0x600CE000, 0x200}, {"WORLD", 0x600D0000, 0x1000},
     },
 };
-
-static uint32_t keep_load(struct esp *esp, unsigned number, uint32_t offset) {
-    return esp->kept[number][offset / 4];
-}
-
-static void keep_store(struct esp *esp, unsigned number, uint32_t offset, uint32_t value) {
-    esp->kept[number][offset / 4] = value;
-}
-
-#define KEEP(n)                                                                                              \
-    static uint32_t keep_load##n(struct esp *esp, uint32_t offset) {                                         \
-        return keep_load(esp, n, offset);                                                                    \
-    }                                                                                                        \
-    static void keep_store##n(struct esp *esp, uint32_t offset, uint32_t value) {                            \
-        keep_store(esp, n, offset, value);                                                                   \
-    }
-KEEP(0)
-KEEP(1)
-KEEP(2)
-KEEP(3)
-KEEP(4)
-KEEP(5)
-KEEP(6)
-KEEP(7)
-
-static uint32_t (*const keep_loads[KEPT])(struct esp *, uint32_t) = {
-    keep_load0, keep_load1, keep_load2, keep_load3, keep_load4, keep_load5, keep_load6, keep_load7};
-static void (*const keep_stores[KEPT])(struct esp *, uint32_t, uint32_t) = {
-    keep_store0, keep_store1, keep_store2, keep_store3, keep_store4, keep_store5, keep_store6, keep_store7};
 
 /* ---- the ESP32's cache: of core 0, the other one's has no effect ---- */
 
@@ -101,14 +93,16 @@ static void idle_store(struct esp *esp, uint32_t offset, uint32_t value) {
 
 void dport_create(struct esp *esp) {
     if (esp->chip == ES_ESP32) {
-        bus_add(esp, &(struct block){"cache", 0x3FF00040, 4, cache_load, cache_store});
-        bus_add(esp, &(struct block){"cache", 0x3FF00058, 4, app_cache_load, app_cache_store});
-        bus_add(esp, &(struct block){"cache state", 0x3FF003F0, 4, idle_load, idle_store});
-        bus_add(esp, &(struct block){"cache state", 0x3FF00418, 4, idle_load, idle_store});
+        bus_add(esp, &(struct block){"cache", 0x3FF00040, 4, cache_load, cache_store, NULL});
+        bus_add(esp, &(struct block){"cache", 0x3FF00058, 4, app_cache_load, app_cache_store, NULL});
+        bus_add(esp, &(struct block){"cache state", 0x3FF003F0, 4, idle_load, idle_store, NULL});
+        bus_add(esp, &(struct block){"cache state", 0x3FF00418, 4, idle_load, idle_store, NULL});
     }
+    memset(esp->kept, 0, sizeof esp->kept);
     for (unsigned i = 0; i < KEPT; i++) {
         const struct kept *k = &kept[esp->chip][i];
         if (k->size != 0)
-            bus_add(esp, &(struct block){k->name, k->base, k->size, keep_loads[i], keep_stores[i]});
+            bus_add(esp, &(struct block){
+                             .name = k->name, .base = k->base, .size = k->size, .words = esp->kept[i]});
     }
 }

@@ -14,6 +14,9 @@
  *   rom.c        functions of the boot ROM, done by this computer
  *   flash.c mmu.c spi.c   the flash chip, its pages in the address space, its commands
  *   dport.c      caches on and off; registers that only keep what is written
+ *   watchdog.c rtc.c   what resets the chip
+ *   systimer.c   the S3's system timer
+ *   efuse.c      what the chip is; random numbers
  *   gpio.c timer.c matrix.c uart.c   the peripherals
  *   cores.c      two cores that take turns
  *   chip.c       time */
@@ -34,14 +37,20 @@ enum {
     LEVELS = 8,
     TIMERS = 3,
     MEMORIES = 12,
-    BLOCKS = 32,
+    BLOCKS = 64,
     CORES = 2,
     SOURCES = 128, /* of interrupts */
     ROM_DEPTH = 8,
+    UARTS = 3,
     UART_FIFO = 128,
+    UART_WORDS = 33,
     MMU_ENTRIES = 2048,
     SEGMENTS_MAX = 16,
-    KEPT = 8,
+    WATCHDOGS = 3,
+    WATCHDOG_RTC = 2,
+    RTC_WORDS = 1024,
+    EFUSE_WORDS = 128,
+    KEPT = 24,
     KEPT_WORDS = 1024,
 };
 
@@ -138,8 +147,9 @@ struct memory {
 struct block {
     const char *name;
     uint32_t base, size;
-    uint32_t (*load)(struct esp *, uint32_t offset);
+    uint32_t (*load)(struct esp *, uint32_t offset); /* NULL: `words` has it */
     void (*store)(struct esp *, uint32_t offset, uint32_t value);
+    uint32_t *words;
 };
 
 /* A timer of a timer group: where it stood at a moment, and since then it counts. */
@@ -149,9 +159,23 @@ struct timer {
     uint64_t alarm_at;
 };
 struct timer_group {
-    struct timer timer[2];
+    struct timer timer[3]; /* two, and the ESP32's LACT, from which esp_timer has the time */
     uint32_t enabled, raw; /* interrupts */
-    uint32_t watchdog[8];
+    uint32_t calibration[2];
+};
+
+/* The S3's system timer: two counters of 16 MHz, three alarms. */
+struct systimer {
+    uint32_t config, load[2][2], target[3][2], target_config[3], value[2][2], enabled,
+        raw;                    /* [..][2]: high, low */
+    uint64_t from[2], since[2]; /* a counter was `from` at cycle `since` */
+    uint64_t alarm_at[3];
+};
+
+struct watchdog {
+    uint32_t config[6], key;
+    unsigned stage;
+    uint64_t since, due; /* begin and end of the stage */
 };
 
 struct gpio {
@@ -161,10 +185,10 @@ struct gpio {
 };
 
 struct uart {
-    uint32_t divider, config0, config1, memory_config, enabled, raw;
+    uint32_t word[UART_WORDS], raw;
     uint8_t rx[UART_FIFO], tx[UART_FIFO];
-    uint32_t rx_count, tx_count;
-    uint64_t tx_at, rx_at, timeout_at; /* when a byte has gone, has come, and none has come for long */
+    uint32_t rx_count, tx_count, taken; /* taken: bytes that were read since the FIFO was reset */
+    uint64_t tx_at, rx_at, timeout_at;  /* when a byte has gone, has come, and none has come for long */
     uint8_t *in, *out;
     size_t in_count, in_at, in_room, out_count, out_room;
 };
@@ -244,7 +268,11 @@ struct esp {
 
     struct gpio gpio;
     struct timer_group group[2];
-    struct uart uart;
+    struct watchdog watchdog[WATCHDOGS];
+    uint32_t rtc[RTC_WORDS];
+    struct systimer systimer;
+    uint32_t efuse[EFUSE_WORDS], random;
+    struct uart uart[UARTS];
     uint8_t route[CORES][SOURCES]; /* the interrupt of a source */
     uint32_t source[CORES][SOURCES / 32];
     struct app_core app;
@@ -261,6 +289,12 @@ struct esp {
     size_t symbol_count, symbol_room;
 
     struct es_level level[LEVELS];
+
+    bool resets; /* at the end of this instruction */
+    uint32_t reset_cause;
+    const char *reset_by;
+    unsigned reset_count, resets_in_a_row;
+    uint64_t reset_at;
 };
 
 #define INLINE static inline __attribute__((always_inline))
@@ -272,6 +306,9 @@ bool chip_grow(void *array, size_t *room, size_t count, size_t size);
 const char *chip_place(const struct esp *esp, uint32_t address,
                        char text[96]); /* "function+12", or the address */
 uint32_t chip_ccount(const struct esp *esp);
+/** Soon. @param cause  as the boot ROM numbers it */
+void chip_reset(struct esp *esp, unsigned cause, const char *by);
+void chip_power_on(struct esp *esp);
 
 /* cores.c: whose turn it is */
 void cores_create(struct esp *esp);
@@ -279,7 +316,8 @@ bool cores_turn(struct esp *esp, uint64_t until); /* esp->cpu becomes the core t
 uint64_t cores_limit(const struct esp *esp);      /* how far it may go before the other one follows */
 bool cores_wait(struct esp *esp);  /* the other core is behind: end the turn. @return whether it is */
 bool cores_retry(struct esp *esp); /* the same in an instruction, which is then for a later turn */
-void cores_hold(struct esp *esp);  /* what lets core 1 run may have changed */
+void cores_reset_app(struct esp *esp);
+void cores_hold(struct esp *esp); /* what lets core 1 run may have changed */
 
 /* cpu.c */
 void cpu_run(struct esp *esp);
@@ -347,6 +385,8 @@ void dport_cache(struct esp *esp, unsigned core, bool on); /* of the ESP32 */
 /* load.c, boot.c */
 extern const char *const chip_names[];
 bool image_read(struct esp *esp, const uint8_t *bytes, size_t size, struct image *image);
+enum { CAUSE_POWER_ON = 1 };      /* of a reset */
+bool boot_again(struct esp *esp); /* after a reset */
 bool boot_is_merged(const uint8_t *bytes, size_t size);
 bool boot_load_merged(struct esp *esp, const uint8_t *bytes, size_t size);
 size_t boot_flash_size(const uint8_t *header);
@@ -361,6 +401,17 @@ void gpio_create(struct esp *esp);
 void timers_create(struct esp *esp);
 uint64_t timers_next(const struct esp *esp);
 void timers_event(struct esp *esp);
+void timers_watchdog(struct esp *esp, unsigned group); /* its watchdog's interrupt */
+void watchdogs_create(struct esp *esp);
+uint64_t watchdogs_next(const struct esp *esp);
+void watchdogs_event(struct esp *esp);
+uint32_t watchdog_load(const struct esp *esp, unsigned number, unsigned word);
+void watchdog_store(struct esp *esp, unsigned number, unsigned word, uint32_t value);
+void rtc_create(struct esp *esp);
+void systimer_create(struct esp *esp);
+uint64_t systimer_next(const struct esp *esp);
+void systimer_event(struct esp *esp);
+void efuse_create(struct esp *esp);
 void matrix_create(struct esp *esp);
 void matrix_set(struct esp *esp, unsigned source, bool active); /* for both cores */
 void matrix_set_core(struct esp *esp, unsigned core, unsigned source, bool active);
@@ -368,5 +419,6 @@ void matrix_update(struct esp *esp);
 void uart_create(struct esp *esp);
 uint64_t uart_next(const struct esp *esp);
 void uart_event(struct esp *esp);
+void uart_print(struct esp *esp, unsigned number, uint8_t byte); /* as if sent, in no time */
 
 #endif

@@ -46,6 +46,9 @@ void es_stop_at(struct esp *esp, uint32_t address);
 uint64_t es_cycles(const struct esp *esp);
 uint64_t es_instructions(const struct esp *esp);
 
+/** Resets that were no power-on. @param by  what caused the last one, or "" */
+unsigned es_resets(const struct esp *esp, const char **by);
+
 /** What stopped it, or "". */
 const char *es_fault(const struct esp *esp);
 
@@ -89,12 +92,12 @@ void es_record_edges(struct esp *esp, bool on);
 /** Take edges, oldest first. @return how many */
 size_t es_edges(struct esp *esp, struct es_edge *out, size_t room);
 
-/* ---- UART 0 ---- */
+/* ---- UARTs 0 to 2 ---- */
 
 /** Bytes for the receiver, one after the other at the speed of its divider. */
-void es_uart_put(struct esp *esp, const uint8_t *bytes, size_t count);
+void es_uart_put(struct esp *esp, unsigned number, const uint8_t *bytes, size_t count);
 /** Take what the transmitter has sent. @return bytes copied */
-size_t es_uart_get(struct esp *esp, uint8_t *bytes, size_t size);
+size_t es_uart_get(struct esp *esp, unsigned number, uint8_t *bytes, size_t size);
 
 /* ---- flash ---- */
 

@@ -117,16 +117,20 @@ static void notice(struct esp *esp, unsigned bank, uint32_t changed) {
                         (asking(esp, core, 0) | asking(esp, core, 1)) != 0);
 }
 
+static void record_changes(struct esp *esp, unsigned bank, uint32_t pins) {
+    for (uint32_t left = pins; left != 0; left &= left - 1) {
+        const unsigned bit = (unsigned)__builtin_ctz(left);
+        record(esp, 32 * bank + bit, (esp->gpio.level[bank] >> bit & 1) != 0);
+    }
+}
+
 static void update(struct esp *esp, unsigned bank) {
     struct gpio *gpio = &esp->gpio;
     const uint32_t now = level_of(gpio, bank, inverted(esp, bank)), changed = now ^ gpio->level[bank];
     gpio->level[bank] = now;
     if (gpio->watched)
         notice(esp, bank, changed);
-    for (uint32_t left = changed & gpio->enable[bank]; left != 0; left &= left - 1) {
-        const unsigned bit = (unsigned)__builtin_ctz(left);
-        record(esp, 32 * bank + bit, (now >> bit & 1) != 0);
-    }
+    record_changes(esp, bank, changed & gpio->enable[bank]);
 }
 
 /* ---- registers ---- */
@@ -200,11 +204,21 @@ static uint32_t load(struct esp *esp, uint32_t offset) {
     return 0;
 }
 
+/* Pins become inputs; what drives them from outside stays. */
 void gpio_create(struct esp *esp) {
+    struct gpio *gpio = &esp->gpio;
+    const struct gpio before = *gpio;
+    memset(gpio, 0, sizeof *gpio);
+    memcpy(gpio->driven, before.driven, sizeof gpio->driven);
+    memcpy(gpio->drive, before.drive, sizeof gpio->drive);
     bus_add(esp, &(struct block){"GPIO", esp->chip == ES_ESP32 ? 0x3FF44000 : 0x60004000, BLOCK_SIZE, load,
-                                 store});
+                                 store, NULL});
     for (unsigned pin = 0; pin < ES_PINS; pin++)
-        esp->gpio.routed[pin] = SIGNAL_GPIO;
+        gpio->routed[pin] = SIGNAL_GPIO;
+    for (unsigned bank = 0; bank < 2; bank++) {
+        gpio->level[bank] = level_of(gpio, bank, 0);
+        record_changes(esp, bank, (gpio->level[bank] ^ before.level[bank]) & before.enable[bank]);
+    }
 }
 
 /* ---- from outside ---- */

@@ -82,10 +82,12 @@ void matrix_create(struct esp *esp) {
     const bool is_s3 = esp->chip == ES_ESP32S3;
     const uint32_t size = 4 * (is_s3 ? S3_SOURCES : ESP32_SOURCES), words = is_s3 ? 16 : 12;
     memset(esp->route, NOWHERE, sizeof esp->route);
-    bus_add(esp, &(struct block){"interrupt matrix", is_s3 ? 0x600C2000 : 0x3FF00104, size, load0, store0});
-    bus_add(esp, &(struct block){"interrupt matrix", is_s3 ? 0x600C2800 : 0x3FF00218, size, load1, store1});
     bus_add(esp,
-            &(struct block){"interrupt status", is_s3 ? 0x600C218C : 0x3FF000EC, words, asking0, ignore});
+            &(struct block){"interrupt matrix", is_s3 ? 0x600C2000 : 0x3FF00104, size, load0, store0, NULL});
     bus_add(esp,
-            &(struct block){"interrupt status", is_s3 ? 0x600C298C : 0x3FF000F8, words, asking1, ignore});
+            &(struct block){"interrupt matrix", is_s3 ? 0x600C2800 : 0x3FF00218, size, load1, store1, NULL});
+    bus_add(esp, &(struct block){"interrupt status", is_s3 ? 0x600C218C : 0x3FF000EC, words, asking0, ignore,
+                                 NULL});
+    bus_add(esp, &(struct block){"interrupt status", is_s3 ? 0x600C298C : 0x3FF000F8, words, asking1, ignore,
+                                 NULL});
 }

@@ -177,9 +177,10 @@ static void store_app(struct esp *esp, uint32_t offset, uint32_t value) {
 
 void mmu_create(struct esp *esp) {
     if (is_s3(esp)) {
-        bus_add(esp, &(struct block){"flash MMU", 0x600C5000, 4 * 512, load, store});
+        bus_add(esp, &(struct block){"flash MMU", 0x600C5000, 4 * 512, load, store, NULL});
         return;
     }
-    bus_add(esp, &(struct block){"flash MMU", 0x3FF10000, 4 * MMU_ENTRIES, load, store});
-    bus_add(esp, &(struct block){"flash MMU of core 1", 0x3FF12000, 4 * MMU_ENTRIES, load_app, store_app});
+    bus_add(esp, &(struct block){"flash MMU", 0x3FF10000, 4 * MMU_ENTRIES, load, store, NULL});
+    bus_add(esp,
+            &(struct block){"flash MMU of core 1", 0x3FF12000, 4 * MMU_ENTRIES, load_app, store_app, NULL});
 }

@@ -135,6 +135,6 @@ static void store1(struct esp *esp, uint32_t offset, uint32_t value) {
 void spi_create(struct esp *esp) {
     const bool is_s3 = esp->chip == ES_ESP32S3;
     memset(esp->spi, 0, sizeof esp->spi);
-    bus_add(esp, &(struct block){"SPI1", is_s3 ? 0x60002000 : 0x3FF42000, 0x400, load1, store1});
-    bus_add(esp, &(struct block){"SPI0", is_s3 ? 0x60003000 : 0x3FF43000, 0x400, load0, store0});
+    bus_add(esp, &(struct block){"SPI1", is_s3 ? 0x60002000 : 0x3FF42000, 0x400, load1, store1, NULL});
+    bus_add(esp, &(struct block){"SPI0", is_s3 ? 0x60003000 : 0x3FF43000, 0x400, load0, store0, NULL});
 }

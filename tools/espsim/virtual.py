@@ -70,6 +70,7 @@ PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "es_cycles": (c_uint64, (_CHIP,)),
     "es_instructions": (c_uint64, (_CHIP,)),
     "es_fault": (c_char_p, (_CHIP,)),
+    "es_resets": (c_uint, (_CHIP, POINTER(c_char_p))),
     "es_symbol": (c_uint32, (_CHIP, c_char_p)),
     "es_write": (c_bool, (_CHIP, c_uint32, c_char_p, c_size_t)),
     "es_read": (c_bool, (_CHIP, c_uint32, c_char_p, c_size_t)),
@@ -80,8 +81,8 @@ PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "es_pin_level": (c_int, (_CHIP, c_uint)),
     "es_record_edges": (None, (_CHIP, c_bool)),
     "es_edges": (c_size_t, (_CHIP, POINTER(Edge), c_size_t)),
-    "es_uart_put": (None, (_CHIP, c_char_p, c_size_t)),
-    "es_uart_get": (c_size_t, (_CHIP, c_char_p, c_size_t)),
+    "es_uart_put": (None, (_CHIP, c_uint, c_char_p, c_size_t)),
+    "es_uart_get": (c_size_t, (_CHIP, c_uint, c_char_p, c_size_t)),
     "es_flash_create": (c_bool, (_CHIP, c_size_t)),
     "es_flash_write": (c_bool, (_CHIP, c_uint32, c_char_p, c_size_t)),
     "es_flash": (c_size_t, (_CHIP, POINTER(c_void_p))),
@@ -139,6 +140,13 @@ class VirtualChip:
     @property
     def fault(self) -> str:
         return str(self._library.es_fault(self._chip).decode())
+
+    @property
+    def resets(self) -> tuple[int, str]:
+        """Those that were no power-on, and what caused the last one."""
+        by = c_char_p()
+        count = int(self._library.es_resets(self._chip, ctypes.byref(by)))
+        return count, (by.value or b"").decode()
 
     def run_until(self, cycle: int) -> Stop:
         """Let it work. Raises ChipFault."""
@@ -208,16 +216,16 @@ class VirtualChip:
             found += [(edge.cycle, edge.pin, edge.level) for edge in buffer[:count]]
         return found
 
-    # ---- UART 0 ----
+    # ---- UARTs ----
 
-    def write_serial(self, data: bytes) -> None:
+    def write_serial(self, data: bytes, uart: int = 0) -> None:
         """For the receiver, at the speed of its divider."""
-        self._library.es_uart_put(self._chip, data, len(data))
+        self._library.es_uart_put(self._chip, uart, data, len(data))
 
-    def read_serial(self) -> bytes:
+    def read_serial(self, uart: int = 0) -> bytes:
         """What the transmitter has sent since the last call."""
         data, buffer = b"", ctypes.create_string_buffer(ROOM)
-        while count := self._library.es_uart_get(self._chip, buffer, ROOM):
+        while count := self._library.es_uart_get(self._chip, uart, buffer, ROOM):
             data += buffer.raw[:count]
         return data
 
