@@ -416,6 +416,12 @@ def test_an_address_without_anything(bench: Bench) -> None:
         bench.step(c.l32i(3, 2, 0), a2=0x70000000)
 
 
+def test_the_debuggers_registers_are_zero(bench: Bench) -> None:
+    """RER of DSRSET, by which ESP-IDF finds out whether a debugger is there; WER does nothing."""
+    assert bench.step(c.wide(0, 4, 3, 6, 0, 4), a3=0x10200C, a4=77).a[4] == 0
+    bench.step(c.wide(0, 4, 3, 7, 0, 4), a3=0x10200C)
+
+
 def test_an_unknown_instruction(bench: Bench) -> None:
     with pytest.raises(ChipFault, match=f"the instruction 00000e at {bench.code:08x} is not emulated"):
         bench.step(b"\x0e\0\0\0")

@@ -93,6 +93,14 @@ def test_an_application_alone_starts(chip: VirtualChip, request: pytest.FixtureR
     assert chip.cpu().pc == CODE[kind] and chip.read(FLASH_DATA[kind] + 0x20, len(CONSTANTS)) == CONSTANTS
 
 
+def test_code_and_constants_of_the_s3_need_pages_of_their_own() -> None:
+    """One table maps both buses: ESP-IDF's linker script puts constants behind code."""
+    code = images.mapped((0x42000020, bytes(64)))
+    data = images.mapped((0x3C000020, bytes(64)), 24 + sum(8 + len(piece) for _, piece in code))
+    with VirtualChip(Chip.ESP32S3) as chip, pytest.raises(ChipFault, match="42000020 and 3c000020 need the same page"):
+        chip.load(images.image(0x42000020, [*code, *data], chip=9))
+
+
 def test_a_program_clears_bits_and_an_erase_sets_them(flash: Flash) -> None:
     flash.operate(PP, PLACE + 16, b"\xf0\x55")
     flash.operate(PP, PLACE + 16, b"\x3c\xff")
@@ -257,3 +265,14 @@ def test_a_damaged_application_gives_way(esp32: VirtualChip) -> None:
     damaged = numbered(2)[:-1] + b"?"
     esp32.load(with_otadata(images.otadata(1), images.otadata(2), second=damaged))
     assert started(esp32) == 1
+
+
+def test_a_peripheral_that_is_not_emulated_is_noted(flash: Flash) -> None:
+    """Once. Firmware sets up all that its board has; its pin stays low."""
+    at = flash.at
+    for _ in range(2):
+        flash.store(at.gpio + at.outputs + 4 * 4, 71)
+    flash.store(at.gpio + 0x24, 1 << 4)
+    flash.store(at.gpio + 0x08, 1 << 4)
+    assert flash.chip.notes == ["GPIO 4 is routed to the signal 71, which is not emulated: it stays low"]
+    assert flash.chip.level(4) == 0

@@ -27,7 +27,7 @@ class Places:
     dram: int
     dram_size: int  # data alone: the S3's instruction RAM is the rest of it
     code: int
-    constants: int
+    constants: int  # of the S3: in another page than code, as one table maps both buses
     peripherals: dict[str, int]
 
 
@@ -35,7 +35,7 @@ ESP32_REGISTERS = {"GPIO": 0x3FF44000, "TIMERG0": 0x3FF5F000}
 S3_REGISTERS = {"GPIO": 0x60004000, "TIMERG0": 0x6001F000}
 PLACES = {
     Chip.ESP32: Places("esp32", 0x40080000, 0x400A0000, 0x3FFAE000, 0x50000, 0x400D0020, 0x3F400020, ESP32_REGISTERS),
-    Chip.ESP32S3: Places("esp32s3", 0x403C0000, 0x403E0000, 0x3FC88000, 0x48000, 0x42000020, 0x3C000020, S3_REGISTERS),
+    Chip.ESP32S3: Places("esp32s3", 0x403C0000, 0x403E0000, 0x3FC88000, 0x48000, 0x42000020, 0x3C100020, S3_REGISTERS),
 }
 VECTORS_SIZE, FLASH_SIZE = 0x400, 0x300000
 

@@ -165,6 +165,47 @@ static unsigned candidates(const struct esp *esp, const struct partitions *parts
 
 /* ---- start ---- */
 
+/* The entry of the MMU's table that maps an address, and what it has to be. */
+struct page {
+    unsigned entry;
+    uint32_t value;
+};
+
+static struct page page_of(const struct esp *esp, const struct piece *piece, uint32_t place,
+                           uint32_t offset) {
+    const uint32_t first = piece->address & ~(uint32_t)PLACE_MASK;
+    const uint32_t flash = (place + (uint32_t)piece->at) & ~(uint32_t)PLACE_MASK;
+    return (struct page){mmu_entry(esp, first + offset), (flash + offset) / MMU_PAGE};
+}
+
+static uint32_t pages_end(const struct piece *piece) {
+    return (piece->address & PLACE_MASK) + (uint32_t)piece->count;
+}
+
+/* The S3 has one table for both buses: code and constants need pages of their own. */
+static bool collides(const struct esp *esp, const struct piece *a, const struct piece *b, uint32_t place) {
+    for (uint32_t i = 0; i < pages_end(a); i += MMU_PAGE)
+        for (uint32_t j = 0; j < pages_end(b); j += MMU_PAGE) {
+            const struct page x = page_of(esp, a, place, i), y = page_of(esp, b, place, j);
+            if (x.entry == y.entry && x.value != y.value)
+                return true;
+        }
+    return false;
+}
+
+static bool has_own_pages(struct esp *esp, const struct image *image, uint32_t place) {
+    for (unsigned i = 0; i < image->count; i++)
+        for (unsigned other = 0; other < i; other++) {
+            const struct piece *a = &image->piece[other], *b = &image->piece[i];
+            if (!mmu_has(esp, a->address) || !mmu_has(esp, b->address) || !collides(esp, a, b, place))
+                continue;
+            chip_fault(esp, "the segments for %08x and %08x need the same page of the flash MMU", a->address,
+                       b->address);
+            return false;
+        }
+    return true;
+}
+
 /* Its place in flash must have the address's place in a page. */
 bool boot_can_map(struct esp *esp, const struct image *image, uint32_t place) {
     for (unsigned i = 0; i < image->count; i++) {
@@ -175,15 +216,14 @@ bool boot_can_map(struct esp *esp, const struct image *image, uint32_t place) {
                    piece->address, place + piece->at);
         return false;
     }
-    return true;
+    return has_own_pages(esp, image, place);
 }
 
 static void map(struct esp *esp, const struct piece *piece, uint32_t place) {
-    const uint32_t first = piece->address & ~(uint32_t)PLACE_MASK,
-                   end = piece->address + (uint32_t)piece->count;
-    const uint32_t flash = (place + (uint32_t)piece->at) & ~(uint32_t)PLACE_MASK;
-    for (uint32_t at = first; at < end; at += MMU_PAGE)
-        mmu_map(esp, mmu_entry(esp, at), (flash + at - first) / MMU_PAGE);
+    for (uint32_t offset = 0; offset < pages_end(piece); offset += MMU_PAGE) {
+        const struct page page = page_of(esp, piece, place, offset);
+        mmu_map(esp, page.entry, page.value);
+    }
 }
 
 /* esp_rom_spiflash_chip_t of the boot ROM: id, size, block, sector, page, mask of the status. */

@@ -21,6 +21,7 @@ static const struct region esp32[] = {
     {"flash data", 0x3F400000, 0x400000, false, true, 0},
     {"flash code", 0x400C2000, 0x33E000, true, true, 0},
     {"RTC fast memory", 0x3FF80000, 0x2000, false, false, 0},
+    {"data of the boot ROM", 0x3FF96000, 0x1000, false, true, 0},
     {"RTC slow memory", 0x50000000, 0x2000, false, false, 0},
 };
 

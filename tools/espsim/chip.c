@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * The chip as a whole: time, and what is seen from outside. */
-#include "esp.h"
+#include "rom.h"
 
 #include <stdarg.h>
 #include <stdio.h>
@@ -16,6 +16,22 @@ void chip_fault(struct esp *esp, const char *format, ...) {
     va_end(words);
     esp->stop = ES_FAULT;
     esp->limit = 0;
+}
+
+/* Each line once, as many as there is room for. */
+void chip_note(struct esp *esp, const char *format, ...) {
+    char line[160];
+    va_list words;
+    va_start(words, format);
+    vsnprintf(line, sizeof line - 1, format, words);
+    va_end(words);
+    strcat(line, "\n");
+    if (strstr(esp->notes, line) == NULL && strlen(esp->notes) + strlen(line) < sizeof esp->notes)
+        strcat(esp->notes, line);
+}
+
+const char *es_notes(const struct esp *esp) {
+    return esp->notes;
 }
 
 void chip_look(struct esp *esp) {
@@ -86,6 +102,8 @@ struct esp *es_create(enum es_chip chip) {
     }
     esp->reset_cause = CAUSE_POWER_ON;
     create_parts(esp);
+    if (chip == ES_ESP32)
+        rom_put_tables(esp);
     chip_look(esp);
     return esp;
 }

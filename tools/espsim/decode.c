@@ -61,7 +61,8 @@ static void decode_st0(struct op *op, uint32_t word) {
 
 static void decode_st1(struct op *op, uint32_t word) {
     static const uint8_t kinds[16] = {[0] = OP_SSR,  [1] = OP_SSL,  [2] = OP_SSA8L, [3] = OP_SSA8B,
-                                      [4] = OP_SSAI, [8] = OP_ROTW, [14] = OP_NSA,  [15] = OP_NSAU};
+                                      [4] = OP_SSAI, [6] = OP_RER,  [7] = OP_WER,   [8] = OP_ROTW,
+                                      [14] = OP_NSA, [15] = OP_NSAU};
     op->kind = known(kinds[FIELD_R]);
     if (op->kind == OP_SSAI)
         op->imm = (int32_t)(FIELD_S | (FIELD_T & 1) << 4);

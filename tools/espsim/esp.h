@@ -11,7 +11,7 @@
  *   load.c       ELF files and images
  *   boot.c       from a flash chip to the application that is to start
  *   digest.c     MD5, CRC-32
- *   rom.c        functions of the boot ROM, done by this computer
+ *   rom.c        functions of the boot ROM, done by this computer; rom_text.c, rom_system.c: what they do
  *   flash.c mmu.c spi.c   the flash chip, its pages in the address space, its commands
  *   dport.c      caches on and off; registers that only keep what is written
  *   watchdog.c rtc.c   what resets the chip
@@ -180,7 +180,7 @@ struct watchdog {
 
 struct gpio {
     bool watched; /* some pin may interrupt */
-    uint32_t out[2], enable[2], driven[2], drive[2], level[2];
+    uint32_t out[2], enable[2], inverts[2], foreign[2], driven[2], drive[2], level[2];
     uint32_t status[2], pin[ES_PINS], routed[ES_PINS], input[256];
 };
 
@@ -272,6 +272,7 @@ struct esp {
     uint32_t rtc[RTC_WORDS];
     struct systimer systimer;
     uint32_t efuse[EFUSE_WORDS], random;
+    uint8_t analog[256][16]; /* registers behind the internal I2C bus */
     struct uart uart[UARTS];
     uint8_t route[CORES][SOURCES]; /* the interrupt of a source */
     uint32_t source[CORES][SOURCES / 32];
@@ -289,6 +290,7 @@ struct esp {
     size_t symbol_count, symbol_room;
 
     struct es_level level[LEVELS];
+    char notes[1024]; /* lines */
 
     bool resets; /* at the end of this instruction */
     uint32_t reset_cause;
@@ -301,6 +303,7 @@ struct esp {
 
 /* chip.c */
 void chip_fault(struct esp *esp, const char *format, ...) __attribute__((format(printf, 2, 3)));
+void chip_note(struct esp *esp, const char *format, ...) __attribute__((format(printf, 2, 3)));
 void chip_look(struct esp *esp); /* after anything that may change who interrupts, or when */
 bool chip_grow(void *array, size_t *room, size_t count, size_t size);
 const char *chip_place(const struct esp *esp, uint32_t address,
@@ -342,6 +345,7 @@ void cpu_return(struct esp *esp);                      /* RFE */
 void cpu_return_double(struct esp *esp);               /* RFDE */
 void cpu_return_from(struct esp *esp, unsigned level); /* RFI */
 bool cpu_interrupt(struct esp *esp);                   /* take one, if one asks and may. @return whether */
+void cpu_check(struct esp *esp);                       /* an interrupt that asks may be allowed now */
 bool cpu_sleeps(const struct cpu *cpu);                /* until an interrupt */
 uint32_t cpu_interrupts(const struct cpu *cpu);        /* INTERRUPT */
 /* special.c */
@@ -370,6 +374,7 @@ uint8_t *bus_bytes(const struct esp *esp, uint32_t address, size_t count); /* NU
 /* flash.c, mmu.c, spi.c */
 bool flash_create(struct esp *esp, size_t size);
 bool flash_is_busy(const struct esp *esp);
+uint64_t flash_busy_cycles(const struct esp *esp);
 void flash_do(struct esp *esp, const struct flash_command *command);
 void mmu_create(struct esp *esp);
 void mmu_destroy(struct esp *esp);

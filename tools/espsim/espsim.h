@@ -52,6 +52,9 @@ unsigned es_resets(const struct esp *esp, const char **by);
 /** What stopped it, or "". */
 const char *es_fault(const struct esp *esp);
 
+/** What the program has set up that has no effect here: a line each. */
+const char *es_notes(const struct esp *esp);
+
 /** Address of a symbol of the ELF file. @return 0: it has none of this name */
 uint32_t es_symbol(const struct esp *esp, const char *name);
 

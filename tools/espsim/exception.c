@@ -60,7 +60,7 @@ void cpu_debug(struct esp *esp, uint32_t cause) {
 void cpu_return(struct esp *esp) {
     esp->cpu->ps &= ~(uint32_t)PS_EXCM;
     esp->cpu->next = esp->cpu->epc[1];
-    chip_look(esp);
+    cpu_check(esp);
 }
 
 void cpu_return_double(struct esp *esp) {
@@ -71,7 +71,7 @@ void cpu_return_from(struct esp *esp, unsigned level) {
     struct es_level *measured = &esp->level[level];
     esp->cpu->ps = esp->cpu->eps[level];
     esp->cpu->next = esp->cpu->epc[level];
-    chip_look(esp);
+    cpu_check(esp);
     if (esp->cpu->began[level] == NEVER)
         return;
     const uint64_t cycles = esp->cycles - esp->cpu->began[level];
@@ -102,6 +102,11 @@ static unsigned taken_level(const struct cpu *cpu) {
     if ((cpu->ps & PS_EXCM) != 0 && held < EXCM_LEVEL)
         held = EXCM_LEVEL;
     return level > held || level == LEVEL_NMI ? level : 0;
+}
+
+void cpu_check(struct esp *esp) {
+    if ((cpu_interrupts(esp->cpu) & (esp->cpu->intenable | 1u << 14)) != 0)
+        esp->limit = 0;
 }
 
 bool cpu_sleeps(const struct cpu *cpu) {

@@ -68,6 +68,10 @@ bool flash_is_busy(const struct esp *esp) {
     return esp->cycles < esp->flash.busy_until;
 }
 
+uint64_t flash_busy_cycles(const struct esp *esp) {
+    return flash_is_busy(esp) ? esp->flash.busy_until - esp->cycles : 1;
+}
+
 /* ---- writes and erases ---- */
 
 /* A byte of an operation: where it goes, and what the operation makes of it. */

@@ -62,17 +62,11 @@ static void record(struct esp *esp, unsigned pin, bool level) {
         (struct es_edge){.cycle = esp->cycles, .pin = (uint8_t)pin, .level = (uint8_t)level};
 }
 
-static uint32_t level_of(const struct gpio *gpio, unsigned bank, uint32_t inverted) {
+/* The signal of another peripheral is low. */
+static uint32_t level_of(const struct gpio *gpio, unsigned bank) {
     const uint32_t driven = gpio->drive[bank] & gpio->driven[bank];
-    return ((gpio->out[bank] ^ inverted) & gpio->enable[bank]) | (driven & ~gpio->enable[bank]);
-}
-
-static uint32_t inverted(const struct esp *esp, unsigned bank) {
-    uint32_t bits = 0;
-    for (unsigned bit = 0; bit < 32; bit++)
-        if ((esp->gpio.routed[32 * bank + bit] & ROUTE_INVERTS) != 0)
-            bits |= 1u << bit;
-    return bits;
+    const uint32_t out = (gpio->out[bank] & ~gpio->foreign[bank]) ^ gpio->inverts[bank];
+    return (out & gpio->enable[bank]) | (driven & ~gpio->enable[bank]);
 }
 
 /* ---- interrupts ---- */
@@ -126,7 +120,7 @@ static void record_changes(struct esp *esp, unsigned bank, uint32_t pins) {
 
 static void update(struct esp *esp, unsigned bank) {
     struct gpio *gpio = &esp->gpio;
-    const uint32_t now = level_of(gpio, bank, inverted(esp, bank)), changed = now ^ gpio->level[bank];
+    const uint32_t now = level_of(gpio, bank), changed = now ^ gpio->level[bank];
     gpio->level[bank] = now;
     if (gpio->watched)
         notice(esp, bank, changed);
@@ -147,12 +141,22 @@ static unsigned set_or_clear(uint32_t word[2], uint32_t at, uint32_t value) {
     return bank;
 }
 
+/* Firmware in flash sets up all that its board has; a bare program uses what it sets up. */
 static void route(struct esp *esp, unsigned pin, uint32_t value) {
-    if ((value & SIGNAL_MASK) != SIGNAL_GPIO)
+    if ((value & SIGNAL_MASK) != SIGNAL_GPIO && esp->flash.size != 0)
+        chip_note(esp, "GPIO %u is routed to the signal %u, which is not emulated: it stays low", pin,
+                  value & SIGNAL_MASK);
+    else if ((value & SIGNAL_MASK) != SIGNAL_GPIO)
         chip_fault(esp, "GPIO %u is routed to the signal %u, which is not emulated", pin,
                    value & SIGNAL_MASK);
-    esp->gpio.routed[pin] = value;
-    update(esp, pin / 32);
+    struct gpio *gpio = &esp->gpio;
+    const uint32_t bit = 1u << pin % 32, bank = pin / 32;
+    gpio->routed[pin] = value;
+    gpio->inverts[bank] =
+        (value & ROUTE_INVERTS) != 0 ? gpio->inverts[bank] | bit : gpio->inverts[bank] & ~bit;
+    gpio->foreign[bank] =
+        (value & SIGNAL_MASK) != SIGNAL_GPIO ? gpio->foreign[bank] | bit : gpio->foreign[bank] & ~bit;
+    update(esp, bank);
 }
 
 static void store(struct esp *esp, uint32_t offset, uint32_t value) {
@@ -216,7 +220,7 @@ void gpio_create(struct esp *esp) {
     for (unsigned pin = 0; pin < ES_PINS; pin++)
         gpio->routed[pin] = SIGNAL_GPIO;
     for (unsigned bank = 0; bank < 2; bank++) {
-        gpio->level[bank] = level_of(gpio, bank, 0);
+        gpio->level[bank] = level_of(gpio, bank);
         record_changes(esp, bank, (gpio->level[bank] ^ before.level[bank]) & before.enable[bank]);
     }
 }

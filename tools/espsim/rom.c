@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
- * The boot ROM: its functions are called by address, and this computer does what they do. A call from
- * windowed code finds its arguments where ENTRY would have made them a2 to a7; no window moves. */
-#include "esp.h"
+ * The boot ROM: its functions (rom.def) are called by address, and this computer does what they do. A call
+ * from windowed code finds its arguments where ENTRY would have made them a2 to a7; no window moves. */
+#include "rom.h"
 
 #include <math.h>
 #include <string.h>
@@ -21,6 +21,11 @@ static unsigned first_register(const struct esp *esp) {
 
 static uint32_t word(const struct esp *esp, unsigned number) {
     return esp->cpu->a[(first_register(esp) + 2 + number) & 15];
+}
+
+/* Beyond six they are on the caller's stack. */
+uint32_t rom_word(struct esp *esp, unsigned number) {
+    return number < 6 ? word(esp, number) : bus_load(esp, esp->cpu->a[1] + 4 * (number - 6), 4);
 }
 
 static uint64_t pair(const struct esp *esp, unsigned number) {

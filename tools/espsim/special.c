@@ -183,11 +183,6 @@ static uint32_t writable(const struct cpu *cpu, unsigned number, uint32_t value)
     }
 }
 
-/* Writing it may let an interrupt come, or change when. */
-static bool may_interrupt(unsigned number) {
-    return (number >= INTERRUPT && number <= PS) || (number >= CCOUNT && number < CCOMPARE0 + TIMERS);
-}
-
 static void set(struct esp *esp, unsigned number, uint32_t value) {
     struct cpu *cpu = esp->cpu;
     uint32_t *word = plain(cpu, number);
@@ -211,8 +206,10 @@ static void set(struct esp *esp, unsigned number, uint32_t value) {
         cpu->latched &= ~(1u << timer_interrupts[number - CCOMPARE0]);
         schedule(esp, number - CCOMPARE0);
     }
-    if (may_interrupt(number))
+    if (number >= CCOUNT && number < CCOMPARE0 + TIMERS)
         chip_look(esp);
+    else if (number >= INTERRUPT && number <= PS)
+        cpu_check(esp);
 }
 
 void special_read(struct esp *esp, const struct op *op) {

@@ -70,6 +70,7 @@ PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "es_cycles": (c_uint64, (_CHIP,)),
     "es_instructions": (c_uint64, (_CHIP,)),
     "es_fault": (c_char_p, (_CHIP,)),
+    "es_notes": (c_char_p, (_CHIP,)),
     "es_resets": (c_uint, (_CHIP, POINTER(c_char_p))),
     "es_symbol": (c_uint32, (_CHIP, c_char_p)),
     "es_write": (c_bool, (_CHIP, c_uint32, c_char_p, c_size_t)),
@@ -140,6 +141,11 @@ class VirtualChip:
     @property
     def fault(self) -> str:
         return str(self._library.es_fault(self._chip).decode())
+
+    @property
+    def notes(self) -> list[str]:
+        """What the program has set up that has no effect here."""
+        return str(self._library.es_notes(self._chip).decode()).splitlines()
 
     @property
     def resets(self) -> tuple[int, str]:

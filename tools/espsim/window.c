@@ -120,5 +120,5 @@ void window_handled(struct esp *esp, bool underflow) {
     window_rotate(cpu, (int)owner - (int)cpu->window_base);
     cpu->ps &= ~(uint32_t)PS_EXCM;
     cpu->next = cpu->epc[1];
-    chip_look(esp);
+    cpu_check(esp);
 }

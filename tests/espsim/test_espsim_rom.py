@@ -1,0 +1,190 @@
+"""Functions of the boot ROM against Python's: strings, numbers, digests, output."""
+
+from __future__ import annotations
+
+import hashlib
+import zlib
+
+import pytest
+from espsim import bare
+from espsim import code as c
+from espsim.virtual import Chip, ChipFault, Cpu, VirtualChip
+from registers import PLACES
+
+DATA = {Chip.ESP32: 0x3FFB0000, Chip.ESP32S3: 0x3FC90000}
+WORDS = 2**32
+
+
+class Rom:
+    """Calls with arguments in a10 and on, as from windowed code; strings lie in data RAM."""
+
+    def __init__(self, chip: VirtualChip, kind: Chip) -> None:
+        self.chip, self.kind = chip, kind
+        self.data = DATA[kind]
+        self.functions = bare.rom_functions(kind)
+        self.free = self.data + 0x1000
+
+    def put(self, text: bytes, room: int = 64) -> int:
+        place, self.free = self.free, self.free + max(room, len(text) + 1)
+        self.chip.write(place, text + b"\0")
+        return place
+
+    def text(self, place: int) -> bytes:
+        return self.chip.read(place, 64).split(b"\0")[0]
+
+    def call(self, name: str, *arguments: int | bytes) -> int:
+        at = PLACES[self.kind].code
+        self.chip.write(at, c.wide(0, 14, 3) + c.jump(0))  # callx8 a3
+        cpu = Cpu(pc=at, ps=0x40020, vecbase=PLACES[self.kind].vectors, windowstart=1)
+        cpu.a[1], cpu.a[3] = self.data + 0x800, self.functions[name]
+        words = [self.put(word) if isinstance(word, bytes) else word % WORDS for word in arguments]
+        for n, word in enumerate(words[:6]):
+            cpu.a[10 + n] = word
+        for n, word in enumerate(words[6:]):
+            self.chip.write(self.data + 0x800 + 4 * n, word.to_bytes(4, "little"))
+        self.chip.set_cpu(cpu)
+        self.chip.run(20_000)
+        assert self.chip.cpu().pc == at + 3
+        return int(self.chip.cpu().a[10])
+
+
+@pytest.fixture
+def rom(chip: VirtualChip, request: pytest.FixtureRequest) -> Rom:
+    return Rom(chip, Chip(request.node.callspec.params["chip"]))
+
+
+def test_copies(rom: Rom) -> None:
+    for name, arguments, left in (
+        ("strcpy", (b"abc",), b"abc"),
+        ("strncpy", (b"abc", 2), b"abXXXXXXX"),
+        ("strncpy", (b"abc", 6), b"abc"),
+        ("strcat", (b"abc",), b"XXXXXXXXXabc"),
+        ("strncat", (b"abc", 2), b"XXXXXXXXXab"),
+    ):
+        to = rom.put(b"X" * 9)
+        assert rom.call(name, to, *arguments) == to
+        assert rom.text(to) == left
+    to = rom.put(b"X" * 9)
+    rom.call("strncpy", to, b"ab", 6)
+    assert rom.chip.read(to, 9) == b"ab\0\0\0\0XXX"
+
+
+def test_limited_copies_end_in_their_room(rom: Rom) -> None:
+    """They return the length that there would have been."""
+    to = rom.put(b"12345")
+    assert (rom.call("strlcpy", to, b"abcdef", 4), rom.text(to)) == (6, b"abc")
+    assert (rom.call("strlcat", to, b"xyz", 6), rom.text(to)) == (6, b"abcxy")
+    assert rom.chip.read(to + 6, 1) != b"z"
+
+
+@pytest.mark.parametrize("name", ["strchr", "strrchr"])
+@pytest.mark.parametrize("byte", [b"a", b"n", b"x"])
+def test_searches_of_a_byte(rom: Rom, name: str, byte: bytes) -> None:
+    text = b"banana"
+    at = rom.put(text)
+    place = text.find(byte) if name == "strchr" else text.rfind(byte)
+    assert rom.call(name, at, ord(byte)) == (at + place if place >= 0 else 0)
+    assert rom.call("strchr", at, 0) == at + len(text)
+
+
+@pytest.mark.parametrize("part", [b"nan", b"na", b"", b"nab", b"ananas"])
+def test_searches_of_a_text(rom: Rom, part: bytes) -> None:
+    text = b"banana"
+    at = rom.put(text)
+    place = text.find(part)
+    assert rom.call("strstr", at, part) == (at + place if place >= 0 else 0)
+
+
+def test_spans(rom: Rom) -> None:
+    assert rom.call("strspn", b"0012x0", b"012") == 4
+    assert rom.call("strcspn", b"key=value", b"=;") == 3
+    assert rom.call("strcspn", b"key", b"=;") == 3
+
+
+def test_comparisons_without_case(rom: Rom) -> None:
+    assert rom.call("strcasecmp", b"WiFi", b"wIfI") == 0
+    assert rom.call("strncasecmp", b"WiFi-A", b"wifi-B", 5) == 0
+    assert rom.call("strcasecmp", b"a", b"B") >= 2**31
+
+
+@pytest.mark.parametrize(
+    ("text", "base", "number", "used"),
+    [
+        (b" 42;", 10, 42, 3),
+        (b"-17", 0, -17, 3),
+        (b"0x1fg", 0, 31, 4),
+        (b"0xg", 0, 0, 1),
+        (b"017", 0, 15, 3),
+        (b"z", 36, 35, 1),
+        (b"none", 10, 0, 0),
+        (b"9999999999", 10, 2**31 - 1, 10),
+        (b"-9999999999", 10, -(2**31), 11),
+    ],
+)
+def test_numbers(rom: Rom, text: bytes, base: int, number: int, used: int) -> None:
+    at, end = rom.put(text), rom.put(b"....")
+    assert rom.call("strtol", at, end, base) == number % WORDS
+    assert int.from_bytes(rom.chip.read(end, 4), "little") == at + used
+    assert rom.call("strtoul", b"4294967295", 0, 10) == 2**32 - 1
+
+
+def test_characters(rom: Rom) -> None:
+    for name, right in (("isalpha", str.isalpha), ("isdigit", str.isdigit), ("isspace", str.isspace)):
+        assert [bool(rom.call(name, byte)) for byte in range(33, 127)] == [right(chr(byte)) for byte in range(33, 127)]
+    assert rom.call("toupper", ord("q")) == ord("Q") and rom.call("tolower", ord("[")) == ord("[")
+
+
+def test_ctype_table(esp32: VirtualChip) -> None:
+    """newlib's, with the character's classes one place on: bit 2 are digits."""
+    table = esp32.read(0x3FF96354, 257)
+    assert [n - 1 for n, bits in enumerate(table) if bits & 4] == list(range(48, 58))
+    assert esp32.read(0x3FF96350, 4) == (0x3FF96354).to_bytes(4, "little")
+
+
+def test_crc(rom: Rom) -> None:
+    text = bytes(range(200)) * 3
+    at = rom.put(text)
+    assert rom.call("crc32_le", 0, at, len(text)) == zlib.crc32(text)
+    assert rom.call("crc32_le", zlib.crc32(text[:100]), at + 100, len(text) - 100) == zlib.crc32(text)
+    assert rom.call("crc32_le", 2**32 - 1, at, 4) == zlib.crc32(text[:4], 2**32 - 1)
+
+
+@pytest.mark.parametrize("size", [0, 55, 56, 64, 200])
+def test_md5(rom: Rom, size: int) -> None:
+    text = bytes(range(256))[:size]
+    context, digest, at = rom.put(b"", 88), rom.put(b"", 16), rom.put(text)
+    rom.call("esp_rom_md5_init", context)
+    rom.call("esp_rom_md5_update", context, at, size // 2)
+    rom.call("esp_rom_md5_update", context, at + size // 2, size - size // 2)
+    rom.call("esp_rom_md5_final", digest, context)
+    assert rom.chip.read(digest, 16) == hashlib.md5(text).digest()
+
+
+def test_printf(rom: Rom) -> None:
+    """Arguments beyond the sixth are on the stack."""
+    rom.call("ets_printf", b"%s %d %u|%5d|%05x|%c%%\n", b"text", -3, 2**32 - 1, 42, 0xAB, ord("!"))
+    assert rom.chip.read_serial() == b"text -3 4294967295|   42|000ab|!%\r\n"
+
+
+def test_interrupts_are_routed(rom: Rom) -> None:
+    at = PLACES[rom.kind]
+    rom.call("intr_matrix_set", 0, at.gpio_source, 19)
+    rom.chip.write(at.code, c.l32i(3, 2, 0))
+    cpu = Cpu(pc=at.code, ps=15, vecbase=at.vectors, windowstart=1)
+    cpu.a[2] = at.matrix + 4 * at.gpio_source
+    rom.chip.set_cpu(cpu)
+    rom.chip.run(1)
+    assert rom.chip.cpu().a[3] == 19
+
+
+def test_analog_registers_keep_what_is_written(rom: Rom) -> None:
+    """Bits 6 to 4 of one of them."""
+    rom.call("rom_i2c_writeReg", 0x66, 4, 3, 0xFF)
+    rom.call("rom_i2c_writeReg_Mask", 0x66, 4, 3, 6, 4, 0b010)
+    assert rom.call("rom_i2c_readReg", 0x66, 4, 3) == 0xAF
+    assert rom.call("rom_i2c_readReg_Mask", 0x66, 4, 3, 6, 4) == 0b010
+
+
+def test_what_the_rom_cannot_read(rom: Rom) -> None:
+    with pytest.raises(ChipFault, match="the boot ROM is to read 9 bytes at 70000000, where no memory is"):
+        rom.call("crc32_le", 0, 0x70000000, 9)
