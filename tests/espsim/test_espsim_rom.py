@@ -128,6 +128,34 @@ def test_numbers(rom: Rom, text: bytes, base: int, number: int, used: int) -> No
     assert rom.call("strtoul", b"4294967295", 0, 10) == 2**32 - 1
 
 
+def test_divisions_towards_zero(rom: Rom) -> None:
+    for n, d in ((17, 5), (-17, 5), (17, -5), (-17, -5)):
+        quotient = rom.call("div", n, d)
+        assert quotient == int(n / d) % WORDS and int(rom.chip.cpu().a[11]) == (n - int(n / d) * d) % WORDS
+
+
+def test_numbers_as_text(rom: Rom) -> None:
+    to = rom.put(b"")
+    for value, base, text in ((-17, 10, b"-17"), (255, 16, b"ff"), (-1, 16, b"ffffffff"), (0, 2, b"0")):
+        assert rom.call("itoa", value, to, base) == to and rom.text(to) == text
+
+
+def test_qsort_calls_the_program(rom: Rom) -> None:
+    """Elements of 4 bytes, by a comparison in the chip's memory: their difference."""
+    compare = PLACES[rom.kind].code + 0x100
+    rom.chip.write(compare, c.entry(1, 32) + c.l32i(2, 2, 0) + c.l32i(3, 3, 0) + c.wide(0, 3, 2, 2, 0, 12) + c.RETW)
+    numbers = [5, 3, 9, 3, 1, 8, 2]
+    at = rom.put(b"".join(number.to_bytes(4, "little") for number in numbers))
+    rom.call("qsort", at, len(numbers), 4, compare)
+    left = [int.from_bytes(rom.chip.read(at + 4 * n, 4), "little") for n in range(len(numbers))]
+    assert left == sorted(numbers)
+
+
+def test_crc8_of_the_mac_address(rom: Rom) -> None:
+    """Polynomial 0x31, the lowest bit first: CRC-8/MAXIM, whose check value is a1."""
+    assert rom.call("esp_crc8", b"123456789", 9) == 0xA1
+
+
 def test_characters(rom: Rom) -> None:
     for name, right in (("isalpha", str.isalpha), ("isdigit", str.isdigit), ("isspace", str.isspace)):
         assert [bool(rom.call(name, byte)) for byte in range(33, 127)] == [right(chr(byte)) for byte in range(33, 127)]

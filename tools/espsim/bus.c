@@ -3,7 +3,7 @@
  * System and Memory. Flash is a memory of its own for an ELF file; with an image in a flash chip it is what
  * the MMU maps.
  */
-#include "esp.h"
+#include "rom.h"
 
 #include <stdlib.h>
 #include <string.h>
@@ -23,6 +23,7 @@ static const struct region esp32[] = {
     {"RTC fast memory", 0x3FF80000, 0x2000, false, false, 0},
     {"data of the boot ROM", 0x3FF96000, 0x1000, false, true, 0},
     {"RTC slow memory", 0x50000000, 0x2000, false, false, 0},
+    {"code of the boot ROM", ROM_CODE, 0x1000, true, true, 0},
 };
 
 static const struct region esp32s3[] = {
@@ -33,6 +34,7 @@ static const struct region esp32s3[] = {
     {"flash code", 0x42000000, 0x2000000, true, true, 0},
     {"RTC fast memory", 0x600FE000, 0x2000, false, false, 0},
     {"RTC slow memory", 0x50000000, 0x2000, false, false, 0},
+    {"code of the boot ROM", ROM_CODE, 0x1000, true, true, 0},
 };
 
 static struct memory *memory_at(const struct esp *esp, uint32_t address) {

@@ -102,6 +102,7 @@ struct esp *es_create(enum es_chip chip) {
     }
     esp->reset_cause = CAUSE_POWER_ON;
     create_parts(esp);
+    rom_put_code(esp);
     if (chip == ES_ESP32)
         rom_put_tables(esp);
     chip_look(esp);

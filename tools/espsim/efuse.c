@@ -9,7 +9,7 @@
 static const uint8_t mac[6] = {0x02, 0x00, 0x00, 0x32, 0x00, 0x01};
 
 /* As eFuses have it: CRC-8, polynomial 0x31, the lowest bit first. */
-static uint8_t crc8(const uint8_t *bytes, size_t count) {
+uint8_t efuse_crc8(const uint8_t *bytes, size_t count) {
     uint8_t crc = 0;
     for (size_t i = 0; i < count; i++) {
         crc ^= bytes[i];
@@ -30,7 +30,7 @@ enum { S3_MAC = 0x44, S3_SYS3 = 0x50, S3_COMMAND = 0x1D4 };
 
 static void burn_esp32(uint32_t *word) {
     word[ESP32_MAC / 4] = (uint32_t)mac[2] << 24 | (uint32_t)mac[3] << 16 | (uint32_t)mac[4] << 8 | mac[5];
-    word[ESP32_MAC / 4 + 1] = (uint32_t)crc8(mac, sizeof mac) << 16 | (uint32_t)mac[0] << 8 | mac[1];
+    word[ESP32_MAC / 4 + 1] = (uint32_t)efuse_crc8(mac, sizeof mac) << 16 | (uint32_t)mac[0] << 8 | mac[1];
     word[ESP32_REVISION1 / 4] = 1u << 15;
     word[ESP32_REVISION2 / 4] = 1u << 20;
 }

@@ -417,6 +417,7 @@ void systimer_create(struct esp *esp);
 uint64_t systimer_next(const struct esp *esp);
 void systimer_event(struct esp *esp);
 void efuse_create(struct esp *esp);
+uint8_t efuse_crc8(const uint8_t *bytes, size_t count);
 void matrix_create(struct esp *esp);
 void matrix_set(struct esp *esp, unsigned source, bool active); /* for both cores */
 void matrix_set_core(struct esp *esp, unsigned core, unsigned source, bool active);

@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-enum { ROM_BASE = 0x40000000, ROM_END = 0x40070000, VECTORS = 0x400 };
+enum { ROM_BASE = 0x40000000, ROM_END = ROM_CODE, VECTORS = 0x400 };
 
 bool rom_has(const struct esp *esp, uint32_t address) {
     (void)esp;
@@ -129,6 +129,7 @@ static uint32_t rom_length(struct esp *esp, uint32_t text, uint32_t most) {
 #define E                    rom_double(Y)
 #define RETURN(value)        put(esp, 0, value)
 #define RETURN_PAIR(value)   put_pair(esp, value)
+#define QUOTIENT(n, d)       ((uint32_t)rom_divided((int32_t)(n), (int32_t)(d)))
 #define RETURN_DOUBLE(value) put_double(esp, value)
 #define RETURN_FLOAT(value)  put_float(esp, value)
 

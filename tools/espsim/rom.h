@@ -30,10 +30,16 @@ enum rom_class {
     ROM_CONTROL
 };
 uint32_t rom_is(uint32_t byte, enum rom_class what);
+uint32_t rom_put_number(struct esp *esp, uint32_t value, uint32_t to, uint32_t base); /* itoa */
 void rom_print(struct esp *esp, uint32_t format);
 void rom_put_tables(struct esp *esp); /* what programs read in the ROM: newlib's _ctype_ */
 
 /* rom_system.c */
+enum { ROM_CODE = 0x4006F000 }; /* of functions that are the processor's own instructions */
+void rom_put_code(struct esp *esp);
+void rom_sort(struct esp *esp);
+uint32_t rom_crc8(struct esp *esp, uint32_t from, uint32_t count);
+void rom_clear_interrupts(struct esp *esp, uint32_t mask);
 uint32_t rom_reset_reason(const struct esp *esp, uint32_t core);
 void rom_boot_app(struct esp *esp, uint32_t address);
 void rom_route(struct esp *esp, uint32_t core, uint32_t source, uint32_t interrupt);

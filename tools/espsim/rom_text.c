@@ -173,6 +173,24 @@ uint32_t rom_number(struct esp *esp, uint32_t text, uint32_t end, uint32_t base,
     return negative ? 0u - (uint32_t)value : (uint32_t)value;
 }
 
+uint32_t rom_put_number(struct esp *esp, uint32_t value, uint32_t to, uint32_t base) {
+    const bool negative = base == 10 && (int32_t)value < 0;
+    uint32_t left = negative ? 0u - value : value;
+    char digits[36];
+    unsigned count = 0, at = 0;
+    if (base < 2 || base > 36)
+        return 0;
+    do
+        digits[count++] = "0123456789abcdefghijklmnopqrstuvwxyz"[left % base];
+    while ((left /= base) != 0);
+    if (negative)
+        digits[count++] = '-';
+    while (count-- > 0)
+        bus_store(esp, to + at++, (uint8_t)digits[count], 1);
+    bus_store(esp, to + at, 0, 1);
+    return to;
+}
+
 /* ---- ets_printf ---- */
 
 static void put_text(struct esp *esp, uint32_t text) {
