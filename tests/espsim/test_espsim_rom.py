@@ -216,3 +216,17 @@ def test_analog_registers_keep_what_is_written(rom: Rom) -> None:
 def test_what_the_rom_cannot_read(rom: Rom) -> None:
     with pytest.raises(ChipFault, match="the boot ROM is to read 9 bytes at 70000000, where no memory is"):
         rom.call("crc32_le", 0, 0x70000000, 9)
+
+
+def test_a_function_that_is_answered_for(rom: Rom) -> None:
+    """Without executing it: there is no instruction at all."""
+    rom.functions["esp_wifi_init"] = PLACES[rom.kind].code + 0x200
+    rom.chip.answer(rom.functions["esp_wifi_init"], -1)
+    assert rom.call("esp_wifi_init") == WORDS - 1
+
+
+def test_symbols_of_another_file(esp32: VirtualChip) -> None:
+    with pytest.raises(ValueError, match="not an ELF file for Xtensa"):
+        esp32.load_symbols(b"\x7fELF")
+    with pytest.raises(KeyError):
+        esp32.symbol("main")

@@ -41,6 +41,7 @@ enum {
     CORES = 2,
     SOURCES = 128, /* of interrupts */
     ROM_DEPTH = 8,
+    ANSWERS = 16,
     UARTS = 3,
     UART_FIFO = 128,
     UART_WORDS = 33,
@@ -244,6 +245,11 @@ struct app_core {
     uint32_t stalled[CORES]; /* SW_STALL of RTC_CNTL, both parts, of each core */
 };
 
+/* A function that is not executed. */
+struct answer {
+    uint32_t address, value;
+};
+
 struct symbol {
     uint32_t address, size;
     char *name;
@@ -286,6 +292,8 @@ struct esp {
     struct es_edge *edges;
     size_t edge_count, edge_room;
 
+    struct answer answer[ANSWERS];
+    unsigned answer_count;
     struct symbol *symbols;
     size_t symbol_count, symbol_room;
 

@@ -58,6 +58,14 @@ const char *es_notes(const struct esp *esp);
 /** Address of a symbol of the ELF file. @return 0: it has none of this name */
 uint32_t es_symbol(const struct esp *esp, const char *name);
 
+/** Take names of functions from an ELF file, for an image without them. @return false: it is no ELF file for
+ * Xtensa */
+bool es_symbols(struct esp *esp, const uint8_t *bytes, size_t count);
+
+/** The function at this address is not executed: a call returns this value, in no more than a cycle. For what
+ * has no emulated hardware, as a radio. @return false: there are too many of them */
+bool es_answer(struct esp *esp, uint32_t address, uint32_t value);
+
 /* ---- memory, as a debugger sees it: registers of peripherals are no part of it ---- */
 
 bool es_write(struct esp *esp, uint32_t address, const uint8_t *bytes, size_t count);

@@ -86,10 +86,19 @@ static void find_symbols(struct esp *esp, const uint8_t *bytes, size_t size) {
     }
 }
 
+static bool is_elf(const uint8_t *bytes, size_t size) {
+    static const uint8_t magic[4] = {0x7F, 'E', 'L', 'F'};
+    return size >= 4 && memcmp(bytes, magic, sizeof magic) == 0;
+}
+
+static bool is_program(const uint8_t *bytes, size_t size) {
+    return size >= 52 && bytes[4] == 1 && bytes[5] == 1 && half(bytes + 18) == MACHINE_XTENSA;
+}
+
 static bool load_elf(struct esp *esp, const uint8_t *bytes, size_t size) {
     struct piece pieces[SEGMENTS_MAX];
     unsigned found = 0;
-    if (size < 52 || bytes[4] != 1 || bytes[5] != 1 || half(bytes + 18) != MACHINE_XTENSA) {
+    if (!is_program(bytes, size)) {
         chip_fault(esp, "this ELF file is not a program for Xtensa");
         return false;
     }
@@ -227,12 +236,18 @@ static bool load_image(struct esp *esp, const uint8_t *bytes, size_t size) {
 }
 
 bool es_load(struct esp *esp, const uint8_t *bytes, size_t count) {
-    static const uint8_t elf[4] = {0x7F, 'E', 'L', 'F'};
     esp->stop = ES_TIME;
     esp->fault[0] = '\0';
-    if (count >= 4 && memcmp(bytes, elf, sizeof elf) == 0)
+    if (is_elf(bytes, count))
         return load_elf(esp, bytes, count);
     if (boot_is_merged(bytes, count))
         return boot_load_merged(esp, bytes, count);
     return load_image(esp, bytes, count);
+}
+
+bool es_symbols(struct esp *esp, const uint8_t *bytes, size_t count) {
+    if (!is_elf(bytes, count) || !is_program(bytes, count))
+        return false;
+    find_symbols(esp, bytes, count);
+    return true;
 }

@@ -73,6 +73,8 @@ PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "es_notes": (c_char_p, (_CHIP,)),
     "es_resets": (c_uint, (_CHIP, POINTER(c_char_p))),
     "es_symbol": (c_uint32, (_CHIP, c_char_p)),
+    "es_symbols": (c_bool, (_CHIP, c_char_p, c_size_t)),
+    "es_answer": (c_bool, (_CHIP, c_uint32, c_uint32)),
     "es_write": (c_bool, (_CHIP, c_uint32, c_char_p, c_size_t)),
     "es_read": (c_bool, (_CHIP, c_uint32, c_char_p, c_size_t)),
     "es_cpu_get": (None, (_CHIP, c_uint, POINTER(Cpu))),
@@ -175,6 +177,16 @@ class VirtualChip:
         if address == 0:
             raise KeyError(name)
         return address
+
+    def load_symbols(self, elf: bytes) -> None:
+        """Names of functions for an image without them. Raises ValueError."""
+        if not self._library.es_symbols(self._chip, elf, len(elf)):
+            raise ValueError("not an ELF file for Xtensa")
+
+    def answer(self, address: int, value: int) -> None:
+        """The function there is not executed: a call returns this. Raises ValueError when there are too many."""
+        if not self._library.es_answer(self._chip, address, value & 0xFFFFFFFF):
+            raise ValueError("too many functions with an answer")
 
     # ---- memory and processor ----
 
