@@ -217,6 +217,19 @@ def test_the_cache_needs_an_idle_chip(esp32: VirtualChip) -> None:
         flash.store(CACHE, 1 << 3)
 
 
+def test_an_application_is_called(esp32: VirtualChip) -> None:
+    """By call8, with windows: a function that calls itself 20 deep comes back, by the boot ROM's vectors."""
+    begin = 0x40080400
+    function = begin + 32
+    main = c.entry(1, 32) + c.movi(10, 20) + c.call(8, begin + 6, function) + c.movi(5, 77) + c.jump(0)
+    rest = c.addi(10, 2, -1) + c.call(8, function + 9, function)
+    skip = (6 | 1 << 4 | 2 << 8 | (len(rest) - 1) << 12).to_bytes(3, "little")  # beqz a2 over the rest
+    program = c.padded(main, 32) + c.entry(1, 32) + skip + rest + c.RETW
+    esp32.load(images.image(begin, [(begin, program + bytes(-len(program) % 4))]))
+    esp32.run(2000)
+    assert (esp32.cpu().a[5], esp32.cpu().pc) == (77, begin + 12)
+
+
 # ---- which application starts ----
 
 

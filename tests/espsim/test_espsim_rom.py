@@ -140,6 +140,11 @@ def test_numbers_as_text(rom: Rom) -> None:
         assert rom.call("itoa", value, to, base) == to and rom.text(to) == text
 
 
+def test_the_roms_window_vectors(chip: VirtualChip) -> None:
+    """Programs use them until they have set VECBASE."""
+    assert chip.read(0x40000000, 0x180) == c.window_vectors()
+
+
 def test_qsort_calls_the_program(rom: Rom) -> None:
     """Elements of 4 bytes, by a comparison in the chip's memory: their difference."""
     compare = PLACES[rom.kind].code + 0x100

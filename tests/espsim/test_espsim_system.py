@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
+
 import images
 import pytest
 from espsim import code as c
@@ -250,6 +252,30 @@ def test_the_mac_address(registers: Registers, kind: Chip) -> None:
     low, high = (registers.load(EFUSE_MAC[kind] + at) for at in (0, 4))
     mac = (high & 0xFFFF).to_bytes(2, "big") + low.to_bytes(4, "big")
     assert mac[0] & 3 == 2 and mac.hex() == "020000320001"
+
+
+def sha256(registers: Registers, kind: Chip, text: bytes) -> bytes:
+    """As ESP-IDF's driver does it, without DMA."""
+    base, order = {Chip.ESP32: (0x3FF03000, "big"), Chip.ESP32S3: (0x6003B000, "little")}[kind]
+    text_at, start, proceed, state = (0, 0x90, 0x94, 0) if kind == Chip.ESP32 else (0x80, 0x10, 0x14, 0x40)
+    padded = text + b"\x80" + bytes(-(len(text) + 9) % 64) + (8 * len(text)).to_bytes(8, "big")
+    if kind == Chip.ESP32S3:
+        registers.store(base, 2)
+    for at in range(0, len(padded), 64):
+        for n in range(0, 64, 4):
+            word = padded[at + n : at + n + 4]
+            registers.store(base + text_at + n, int.from_bytes(word, "big" if order == "big" else "little"))
+        registers.store(base + (proceed if at else start), 1)
+    if kind == Chip.ESP32:
+        registers.store(base + 0x98, 1)
+    words = [registers.load(base + state + 4 * n) for n in range(8)]
+    return b"".join(word.to_bytes(4, "big" if order == "big" else "little") for word in words)
+
+
+@pytest.mark.parametrize("size", [0, 55, 56, 200])
+def test_sha256(registers: Registers, kind: Chip, size: int) -> None:
+    text = bytes(range(size))
+    assert sha256(registers, kind, text) == hashlib.sha256(text).digest()
 
 
 def test_random_numbers_differ(registers: Registers, kind: Chip) -> None:

@@ -237,7 +237,7 @@ static void put_flash_chip(struct esp *esp) {
 }
 
 bool boot_start(struct esp *esp, const struct image *image, uint32_t place) {
-    static const uint32_t stack[2] = {0x3FFE3F20 - 16, 0x3FCEB710 - 16}; /* the boot ROM's */
+    static const uint32_t stack[2] = {0x3FFE3F20, 0x3FCEB710}; /* the end of the boot ROM's */
     const uint8_t *bytes = esp->flash.bytes + place;
     struct cpu *cpu = &esp->core[0];
     if (!boot_can_map(esp, image, place))
@@ -253,9 +253,7 @@ bool boot_start(struct esp *esp, const struct image *image, uint32_t place) {
             (void)es_write(esp, piece->address, bytes + piece->at, piece->count);
     }
     put_flash_chip(esp);
-    cpu->pc = image->entry;
-    cpu->ps = PS_WOE | PS_UM;
-    cpu->a[1] = stack[esp->chip];
+    cpu_start(esp, cpu, image->entry, stack[esp->chip]);
     chip_look(esp);
     return true;
 }

@@ -23,6 +23,7 @@ static const struct region esp32[] = {
     {"RTC fast memory", 0x3FF80000, 0x2000, false, false, 0},
     {"data of the boot ROM", 0x3FF96000, 0x1000, false, true, 0},
     {"RTC slow memory", 0x50000000, 0x2000, false, false, 0},
+    {"vectors of the boot ROM", 0x40000000, 0x1000, true, true, 0},
     {"code of the boot ROM", ROM_CODE, 0x1000, true, true, 0},
 };
 
@@ -34,6 +35,7 @@ static const struct region esp32s3[] = {
     {"flash code", 0x42000000, 0x2000000, true, true, 0},
     {"RTC fast memory", 0x600FE000, 0x2000, false, false, 0},
     {"RTC slow memory", 0x50000000, 0x2000, false, false, 0},
+    {"vectors of the boot ROM", 0x40000000, 0x1000, true, true, 0},
     {"code of the boot ROM", ROM_CODE, 0x1000, true, true, 0},
 };
 

@@ -87,6 +87,7 @@ static void create_parts(struct esp *esp) {
     rtc_create(esp);
     systimer_create(esp);
     efuse_create(esp);
+    sha_create(esp);
     cores_create(esp);
     dport_create(esp);
 }

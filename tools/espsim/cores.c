@@ -13,7 +13,7 @@ enum { RUNSTALL = 1, CLOCK = 2, RESET = 4 };
 /* SW_STALL_APPCPU and SW_STALL_PROCPU: all of 0x86 stalls. */
 enum { STALL = 0x86 };
 
-static const uint32_t stack_of_app[2] = {0x3FFE4340, 0x3FCED700}; /* the boot ROM's, for core 1 */
+static const uint32_t stack_of_app[2] = {0x3FFE4350, 0x3FCED710}; /* the end of the boot ROM's, for core 1 */
 
 /* ---- turns ---- */
 
@@ -66,9 +66,7 @@ bool cores_retry(struct esp *esp) {
 static void begin_app(struct esp *esp) {
     struct cpu *cpu = &esp->core[1];
     cpu_reset(esp, cpu);
-    cpu->ps = PS_WOE | PS_UM;
-    cpu->pc = esp->app.boot;
-    cpu->a[1] = stack_of_app[esp->chip];
+    cpu_start(esp, cpu, esp->app.boot, stack_of_app[esp->chip]);
     esp->app.has_begun = true;
 }
 

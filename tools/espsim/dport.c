@@ -6,6 +6,7 @@
 #include <string.h>
 
 enum { CACHE_ENABLE = 1 << 3, FLUSH = 1 << 4, FLUSH_DONE = 1 << 5, CACHE_IDLE = 1 << 7 };
+enum { ANALOG_BUS = 0x6000E000, ANALOG_STATE = 0x40, PLL_CALIBRATED = 1 << 24 }; /* of the S3 */
 
 /* ---- registers that keep what is written ---- */
 
@@ -20,6 +21,7 @@ static const struct kept kept[2][KEPT] = {
         {"DPORT", 0x3FF00000, 0x600},
         {"GPIO_SD", 0x3FF44F00, 0x40},
         {"IO_MUX", 0x3FF49000, 0x94},
+        {"analog bus", 0x3FF4E000, 0x100},
         {"I2S0", 0x3FF4F000, 0x100},
         {"RMT", 0x3FF56000, 0xC00},
         {"PCNT", 0x3FF57000, 0x100},
@@ -99,6 +101,9 @@ void dport_create(struct esp *esp) {
         bus_add(esp, &(struct block){"cache state", 0x3FF00418, 4, idle_load, idle_store, NULL});
     }
     memset(esp->kept, 0, sizeof esp->kept);
+    for (unsigned i = 0; i < KEPT && esp->chip == ES_ESP32S3; i++)
+        if (kept[ES_ESP32S3][i].base == ANALOG_BUS)
+            esp->kept[i][ANALOG_STATE / 4] = PLL_CALIBRATED;
     for (unsigned i = 0; i < KEPT; i++) {
         const struct kept *k = &kept[esp->chip][i];
         if (k->size != 0)

@@ -16,7 +16,7 @@
  *   dport.c      caches on and off; registers that only keep what is written
  *   watchdog.c rtc.c   what resets the chip
  *   systimer.c   the S3's system timer
- *   efuse.c      what the chip is; random numbers
+ *   efuse.c sha.c   what the chip is; random numbers; SHA-256
  *   gpio.c timer.c matrix.c uart.c   the peripherals
  *   cores.c      two cores that take turns
  *   chip.c       time */
@@ -165,6 +165,10 @@ struct timer_group {
     uint32_t calibration[2];
 };
 
+struct sha {
+    uint32_t text[32], state[8], mode;
+};
+
 /* The S3's system timer: two counters of 16 MHz, three alarms. */
 struct systimer {
     uint32_t config, load[2][2], target[3][2], target_config[3], value[2][2], enabled,
@@ -277,6 +281,7 @@ struct esp {
     struct watchdog watchdog[WATCHDOGS];
     uint32_t rtc[RTC_WORDS];
     struct systimer systimer;
+    struct sha sha;
     uint32_t efuse[EFUSE_WORDS], random;
     uint8_t analog[256][16]; /* registers behind the internal I2C bus */
     struct uart uart[UARTS];
@@ -345,6 +350,7 @@ void window_movsp(struct esp *esp, const struct op *op);
 void window_handled(struct esp *esp, bool underflow);
 /* exception.c */
 void cpu_reset(struct esp *esp, struct cpu *cpu);
+void cpu_start(struct esp *esp, struct cpu *cpu, uint32_t entry, uint32_t stack_end);
 void cpu_exception(struct esp *esp, enum cause cause);
 void cpu_exception_at(struct esp *esp, enum cause cause, uint32_t address);
 void cpu_debug(struct esp *esp, uint32_t cause);
@@ -425,6 +431,7 @@ void systimer_create(struct esp *esp);
 uint64_t systimer_next(const struct esp *esp);
 void systimer_event(struct esp *esp);
 void efuse_create(struct esp *esp);
+void sha_create(struct esp *esp);
 uint8_t efuse_crc8(const uint8_t *bytes, size_t count);
 void matrix_create(struct esp *esp);
 void matrix_set(struct esp *esp, unsigned source, bool active); /* for both cores */

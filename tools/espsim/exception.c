@@ -145,3 +145,15 @@ void cpu_reset(struct esp *esp, struct cpu *cpu) {
     for (unsigned timer = 0; timer < TIMERS; timer++)
         cpu->timer_at[timer] = NEVER;
 }
+
+/* As if the boot ROM had called its entry by call8. The ROM's caller's stack pointer lies before its own,
+ * where a window that overflows looks for it. */
+void cpu_start(struct esp *esp, struct cpu *cpu, uint32_t entry, uint32_t stack_end) {
+    enum { CALLER = 16, FRAME = 64, CALLERS_POINTER = 12, CALL8 = 2, ROM_RETURN = 0x400 };
+    const uint32_t caller = stack_end - CALLER;
+    cpu->pc = entry;
+    cpu->ps = PS_WOE | PS_UM | CALL8 << PS_CALLINC_SHIFT;
+    cpu->a[1] = stack_end - FRAME;
+    cpu->a[4 * CALL8] = (uint32_t)CALL8 << 30 | ROM_RETURN;
+    (void)es_write(esp, cpu->a[1] - CALLERS_POINTER, (const uint8_t *)&caller, sizeof caller);
+}

@@ -17,7 +17,13 @@ enum {
     STATUS_END = 0x5C,
     BLOCK_SIZE = 0x640,
 };
-enum { SIGNAL_GPIO = 256, SIGNAL_MASK = 0x1FF, ROUTE_INVERTS = 1 << 9, STRAP_FLASH = 0x13 };
+enum {
+    SIGNAL_GPIO = 256,
+    SIGNAL_MASK = 0x1FF,
+    FLASH_SIGNALS = 6,
+    ROUTE_INVERTS = 1 << 9,
+    STRAP_FLASH = 0x13
+};
 
 static const unsigned interrupt_source[2] = {22, 16};
 
@@ -143,7 +149,9 @@ static unsigned set_or_clear(uint32_t word[2], uint32_t at, uint32_t value) {
 
 /* Firmware in flash sets up all that its board has; a bare program uses what it sets up. */
 static void route(struct esp *esp, unsigned pin, uint32_t value) {
-    if ((value & SIGNAL_MASK) != SIGNAL_GPIO && esp->flash.size != 0)
+    if ((value & SIGNAL_MASK) < FLASH_SIGNALS)
+        (void)0; /* the flash chip's own wires */
+    else if ((value & SIGNAL_MASK) != SIGNAL_GPIO && esp->flash.size != 0)
         chip_note(esp, "GPIO %u is routed to the signal %u, which is not emulated: it stays low", pin,
                   value & SIGNAL_MASK);
     else if ((value & SIGNAL_MASK) != SIGNAL_GPIO)
