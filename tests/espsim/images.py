@@ -9,6 +9,7 @@ import zlib
 from collections.abc import Iterable
 
 BOOTLOADER_AT = (0x1000, 0)  # by enum es_chip
+BOOTLOADER_CODE = (0x40080000, 0x403C0000)
 CHIP_IDS = (0, 9)
 TABLE_AT, OTADATA_AT, OTA_0, OTA_1, SLOT = 0x8000, 0xF000, 0x20000, 0x200000, 0x1E0000
 NEW, PENDING, VALID, INVALID, ABORTED, UNDEFINED = 0, 1, 2, 3, 4, 0xFFFFFFFF
@@ -65,7 +66,7 @@ def otadata(sequence: int, state: int = UNDEFINED) -> bytes:
 
 def merged(kind: int, app: bytes, *, parts: bytes | None = None, more: Iterable[tuple[int, bytes]] = ()) -> bytes:
     """A bootloader that is never run, the table, the application in ota_0."""
-    code = 0x40080000 if kind == 0 else 0x403C0000
+    code = BOOTLOADER_CODE[kind]
     flash = bytearray(b"\xff" * (OTA_0 + len(app)))
     bootloader = image(code, [(code, bytes(16))], chip=CHIP_IDS[kind])
     for at, data in (

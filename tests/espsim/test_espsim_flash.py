@@ -87,6 +87,16 @@ def test_a_merged_image_starts(flash: Flash) -> None:
     assert flash.chip.read(FLASH_DATA[kind] + 0x20, len(CONSTANTS)) == CONSTANTS
 
 
+def test_the_bootloader_in_flash_can_be_run(flash: Flash) -> None:
+    """It has nothing mapped."""
+    flash.chip.boot(bootloader=True)
+    assert flash.chip.cpu().pc == images.BOOTLOADER_CODE[flash.kind]
+    with pytest.raises(ValueError, match="no memory"):
+        flash.chip.read(FLASH_DATA[flash.kind] + 0x20, 4)
+    flash.chip.boot()
+    assert flash.chip.cpu().pc == CODE[flash.kind]
+
+
 def test_an_application_alone_starts(chip: VirtualChip, request: pytest.FixtureRequest) -> None:
     kind = request.node.callspec.params["chip"]
     chip.load(application(kind))

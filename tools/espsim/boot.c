@@ -236,8 +236,10 @@ static void put_flash_chip(struct esp *esp) {
         (void)es_write(esp, pointer_of_s3, (const uint8_t *)&place[ES_ESP32S3], sizeof *place);
 }
 
+/* The ends of the boot ROM's stack. */
+static const uint32_t stack[2] = {0x3FFE3F20, 0x3FCEB710};
+
 bool boot_start(struct esp *esp, const struct image *image, uint32_t place) {
-    static const uint32_t stack[2] = {0x3FFE3F20, 0x3FCEB710}; /* the end of the boot ROM's */
     const uint8_t *bytes = esp->flash.bytes + place;
     struct cpu *cpu = &esp->core[0];
     if (!boot_can_map(esp, image, place))
@@ -283,10 +285,21 @@ static bool boot(struct esp *esp) {
     return false;
 }
 
+/* As the boot ROM does: what is in RAM, nothing mapped. */
+static bool start_bootloader(struct esp *esp) {
+    struct image image;
+    const uint32_t place = bootloader_at[esp->chip];
+    return image_read(esp, esp->flash.bytes + place, TABLE - place, &image) && boot_start(esp, &image, place);
+}
+
 bool boot_again(struct esp *esp) {
     esp->flash.busy_until = 0;
     esp->flash.write_enabled = false;
-    return boot(esp);
+    return esp->runs_bootloader ? start_bootloader(esp) : boot(esp);
+}
+
+void es_run_bootloader(struct esp *esp, bool on) {
+    esp->runs_bootloader = on;
 }
 
 /* A power-on: no write or erase continues. */

@@ -305,6 +305,7 @@ struct esp {
     struct es_level level[LEVELS];
     char notes[1024]; /* lines */
 
+    bool runs_bootloader;
     bool resets; /* at the end of this instruction */
     uint32_t reset_cause;
     const char *reset_by;

@@ -123,6 +123,9 @@ size_t es_flash(const struct esp *esp, const uint8_t **bytes);
  * second-stage bootloader does. @return false: es_fault() */
 bool es_boot(struct esp *esp);
 
+/** From the next start on, run the bootloader that is in the flash chip instead. */
+void es_run_bootloader(struct esp *esp, bool on);
+
 /** Cut the power at the n-th write or erase from now, 1 = the next; 0: never. @param torn  0: before it, 1:
  * in its middle, half of its bytes are done, and half of the bits of the next one, 2: right behind it */
 void es_cut_power(struct esp *esp, uint32_t nth, int torn);

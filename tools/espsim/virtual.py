@@ -91,6 +91,7 @@ PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "es_flash": (c_size_t, (_CHIP, POINTER(c_void_p))),
     "es_flash_operations": (c_uint32, (_CHIP,)),
     "es_boot": (c_bool, (_CHIP,)),
+    "es_run_bootloader": (None, (_CHIP, c_bool)),
     "es_cut_power": (None, (_CHIP, c_uint32, c_int)),
     "es_level": (None, (_CHIP, c_uint, POINTER(Level))),
 }
@@ -275,8 +276,9 @@ class VirtualChip:
         @param torn  0: before it, 1: in the middle, 2: after it"""
         self._library.es_cut_power(self._chip, nth, torn)
 
-    def boot(self) -> None:
-        """A power-on. Raises ChipFault."""
+    def boot(self, *, bootloader: bool = False) -> None:
+        """A power-on. Raises ChipFault. @param bootloader  run the one in flash, in resets, too"""
+        self._library.es_run_bootloader(self._chip, bootloader)
         if not self._library.es_boot(self._chip):
             raise ChipFault(self.fault)
 
