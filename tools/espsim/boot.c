@@ -17,6 +17,7 @@ enum {
     DATA_OTA = 0,
     ENCRYPTED = 1
 };
+enum { STREAMS = 0x3FFAE300, STREAMS_SIZE = 8 * 104 };
 enum { SECTOR = 4096, MMU_PAGE = 0x10000, PLACE_MASK = MMU_PAGE - 1 };
 enum ota_state { OTA_NEW = 0, OTA_PENDING = 1, OTA_INVALID = 3, OTA_ABORTED = 4 };
 
@@ -232,6 +233,9 @@ static void put_flash_chip(struct esp *esp) {
     const uint32_t chip[6] = {0xEF4000u + (uint32_t)__builtin_ctz(size), size, MMU_PAGE, SECTOR, 256, 0xFFFF};
     static const uint32_t pointer_of_s3 = 0x3FCEFFE4, place[2] = {0x3FFAE270, 0x3FCEF000};
     (void)es_write(esp, place[esp->chip], (const uint8_t *)chip, sizeof chip);
+    static const uint8_t none[STREAMS_SIZE];
+    if (esp->chip == ES_ESP32) /* romcode/code.c: streams that are free */
+        (void)es_write(esp, STREAMS, none, sizeof none);
     if (esp->chip == ES_ESP32S3)
         (void)es_write(esp, pointer_of_s3, (const uint8_t *)&place[ES_ESP32S3], sizeof *place);
 }

@@ -116,7 +116,7 @@ struct cpu {
     uint32_t ccount_from;               /* CCOUNT at cycle 0 */
     uint32_t ccompare[TIMERS];
     uint64_t timer_at[TIMERS]; /* cycle of the next match */
-    uint32_t misc[4], memctl, atomctl, threadptr, fcr, fsr, expstate;
+    uint32_t misc[4], memctl, atomctl, threadptr, fcr, fsr, expstate, f64[3];
 
     unsigned number;
     bool runs;       /* it has a clock, is out of reset, and nothing stalls it */

@@ -2,6 +2,7 @@
  * The boot ROM: its functions (rom.def) are called by address, and this computer does what they do. A call
  * from windowed code finds its arguments where ENTRY would have made them a2 to a7; no window moves. */
 #include "rom.h"
+#include "romcode/code.h"
 
 #include <math.h>
 #include <string.h>
@@ -101,19 +102,31 @@ static uint64_t rom_divided(int64_t n, int64_t d) {
     return d == 0 ? 0 : d == -1 ? 0u - (uint64_t)n : (uint64_t)(n / d);
 }
 
-/* ---- memory: byte by byte, as registers and IRAM are no place for it ---- */
+/* ---- memory: by words where they are aligned, as registers and IRAM take no bytes ---- */
+
+static bool works(const struct esp *esp) {
+    return esp->stop != ES_FAULT && !esp->cpu->broken;
+}
+
+static uint32_t piece(uint32_t places, uint32_t left) {
+    return (places & 3) == 0 && left >= 4 ? 4 : 1;
+}
 
 static void rom_move(struct esp *esp, uint32_t to, uint32_t from, uint32_t count) {
-    const bool backwards = to > from;
-    for (uint32_t i = 0; i < count && esp->stop != ES_FAULT && !esp->cpu->broken; i++) {
-        const uint32_t at = backwards ? count - 1 - i : i;
-        bus_store(esp, to + at, bus_load(esp, from + at, 1), 1);
+    const bool backwards = to > from && to - from < count;
+    for (uint32_t i = 0, size; i < count && works(esp); i += size) {
+        const uint32_t at = backwards ? count - i : i;
+        size = backwards ? piece((to + at) | (from + at), at) : piece((to + at) | (from + at), count - at);
+        const uint32_t place = backwards ? at - size : at;
+        bus_store(esp, to + place, bus_load(esp, from + place, size), size);
     }
 }
 
 static void rom_fill(struct esp *esp, uint32_t to, uint32_t value, uint32_t count) {
-    for (uint32_t i = 0; i < count && esp->stop != ES_FAULT && !esp->cpu->broken; i++)
-        bus_store(esp, to + i, value & 255, 1);
+    for (uint32_t i = 0, size; i < count && works(esp); i += size) {
+        size = piece(to + i, count - i);
+        bus_store(esp, to + i, size == 4 ? (value & 255) * 0x01010101u : value & 255, size);
+    }
 }
 
 static uint32_t rom_compare(struct esp *esp, uint32_t a, uint32_t b, uint32_t count, bool is_text) {

@@ -37,7 +37,8 @@ void rom_put_tables(struct esp *esp); /* what programs read in the ROM: newlib's
 /* rom_system.c */
 enum { ROM_CODE = 0x4006F000 }; /* of functions that are the processor's own instructions */
 void rom_put_code(struct esp *esp);
-void rom_sort(struct esp *esp);
+void rom_continue(struct esp *esp, uint32_t address);
+void rom_begin_streams(struct esp *esp, uint32_t reent);
 uint32_t rom_crc8(struct esp *esp, uint32_t from, uint32_t count);
 void rom_clear_interrupts(struct esp *esp, uint32_t mask);
 uint32_t rom_reset_reason(const struct esp *esp, uint32_t core);

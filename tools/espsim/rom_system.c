@@ -2,6 +2,7 @@
  * What the boot ROM does with the chip's parts, for ESP-IDF. */
 #include "digest.h"
 #include "rom.h"
+#include "romcode/code.h"
 
 #include <string.h>
 
@@ -173,22 +174,7 @@ uint32_t rom_flash_read(struct esp *esp, uint32_t from, uint32_t to, uint32_t co
     return 0;
 }
 
-/* ---- a function that calls the program's: its code is the processor's own ---- */
-
-/* void sort(unsigned char *base, unsigned count, unsigned size, int (*compare)(const void *, const void *)):
- * by insertion, compiled by clang from
- *     for (from = base + size; from < base + count * size; from += size)
- *         for (at = from; at > base && compare(at - size, at) > 0; at -= size)
- *             exchange(at - size, at, size); */
-static const uint8_t sort[] = {
-    0x36, 0x61, 0x00, 0x52, 0x61, 0x03, 0x30, 0x84, 0x82, 0x87, 0xb4, 0x6e, 0x80, 0x82, 0x80, 0x82,
-    0x61, 0x00, 0x40, 0x52, 0x80, 0x40, 0x60, 0x60, 0x82, 0xa0, 0x00, 0x82, 0x61, 0x02, 0x20, 0x32,
-    0x20, 0x86, 0x03, 0x00, 0x32, 0x21, 0x01, 0x40, 0x33, 0x80, 0x40, 0x55, 0x80, 0x82, 0x21, 0x00,
-    0x87, 0xb5, 0x47, 0x32, 0x61, 0x01, 0x50, 0x75, 0x20, 0x57, 0x32, 0x08, 0x06, 0xf9, 0xff, 0x60,
-    0x33, 0x80, 0x77, 0xb2, 0xde, 0x70, 0xb7, 0x20, 0x60, 0x7b, 0x80, 0x70, 0xa7, 0x20, 0x82, 0x21,
-    0x03, 0xe0, 0x08, 0x00, 0xa6, 0x1a, 0xcc, 0x16, 0x44, 0xfe, 0x40, 0x83, 0x80, 0x92, 0x21, 0x02,
-    0x90, 0xa8, 0x80, 0xb2, 0x0a, 0x00, 0x90, 0xc3, 0x80, 0xd2, 0x0c, 0x00, 0xd2, 0x4a, 0x00, 0xb2,
-    0x4c, 0x00, 0x92, 0xc9, 0x01, 0x97, 0x94, 0xe7, 0xc6, 0xf0, 0xff, 0x1d, 0xf0};
+/* ---- functions that call the program's: their code is the processor's own, romcode/code.c ---- */
 
 /* Exception vectors of register windows: ISA Reference Manual, chapter Windowed Register Option. */
 enum { VECTORS = 0x40000000, VECTOR_SIZE = 0x40, VECTOR_CODE = 41 };
@@ -210,11 +196,18 @@ static const uint8_t window_vectors[6][VECTOR_CODE] = {
 void rom_put_code(struct esp *esp) {
     for (unsigned i = 0; i < 6; i++)
         (void)es_write(esp, VECTORS + VECTOR_SIZE * i, window_vectors[i], VECTOR_CODE);
-    (void)es_write(esp, ROM_CODE, sort, sizeof sort);
+    (void)es_write(esp, ROM_CODE, rom_code, sizeof rom_code);
 }
 
-void rom_sort(struct esp *esp) {
-    esp->cpu->next = ROM_CODE;
+/* The call goes on there, with its arguments. */
+void rom_continue(struct esp *esp, uint32_t address) {
+    esp->cpu->next = address;
+}
+
+/* newlib's __sinit: streams have been set up when there is a function that ends them. */
+void rom_begin_streams(struct esp *esp, uint32_t reent) {
+    enum { CLEANUP = 32, CLEANUP_R = 0x40001D48 };
+    bus_store(esp, reent + CLEANUP, CLEANUP_R, 4);
 }
 
 /* ---- small ones ---- */
