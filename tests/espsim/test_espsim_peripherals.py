@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from espsim import code as c
 from espsim.virtual import Chip, ChipFault, Cpu, VirtualChip
-from registers import Registers
+from registers import PLACES, Registers
 
 TICK = 6  # cycles: 80 MHz / 2
 RUN, UP, LEVEL, ALARM, DIVIDE_BY_2 = 1 << 31, 1 << 30, 1 << 11, 1 << 10, 2 << 13
@@ -38,6 +38,28 @@ def test_inputs(registers: Registers) -> None:
     assert registers.load(registers.at.gpio + 0x3C) == 1 << 3
     registers.chip.drive(3, -1)
     assert registers.load(registers.at.gpio + 0x3C) == 0
+
+
+IO_MUX_4 = {Chip.ESP32: 0x3FF49048, Chip.ESP32S3: 0x60009014}  # the register of GPIO 4
+IO_MUX_5 = {Chip.ESP32: 0x3FF4906C, Chip.ESP32S3: 0x60009018}
+RTC_IO_4 = 0x3FF48494
+
+
+def test_pull_ups(registers: Registers) -> None:
+    """By IO_MUX; those of the ESP32's RTC pins, as GPIO 4, by RTC_IO. What drives a pin is stronger."""
+    kind = Chip.ESP32 if registers.at is PLACES[Chip.ESP32] else Chip.ESP32S3
+    registers.store(IO_MUX_5[kind], 1 << 8)
+    if kind == Chip.ESP32:
+        registers.store(RTC_IO_4, 1 << 27)
+    else:
+        registers.store(IO_MUX_4[kind], 1 << 8)
+    for pin in (4, 5):
+        assert registers.chip.level(pin) == 1
+        registers.chip.drive(pin, 0)
+        assert registers.chip.level(pin) == 0
+        registers.chip.drive(pin, -1)
+    registers.store(IO_MUX_5[kind], 0)
+    assert registers.chip.level(5) == 0
 
 
 def test_the_matrix_inverts(registers: Registers) -> None:

@@ -78,6 +78,7 @@ static void create_parts(struct esp *esp) {
     esp->block_count = 0;
     memset(esp->source, 0, sizeof esp->source);
     gpio_create(esp);
+    io_mux_create(esp);
     timers_create(esp);
     watchdogs_create(esp);
     matrix_create(esp);

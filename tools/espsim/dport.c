@@ -20,7 +20,6 @@ static const struct kept kept[2][KEPT] = {
     {
         {"DPORT", 0x3FF00000, 0x600},
         {"GPIO_SD", 0x3FF44F00, 0x40},
-        {"IO_MUX", 0x3FF49000, 0x94},
         {"analog bus", 0x3FF4E000, 0x100},
         {"I2S0", 0x3FF4F000, 0x100},
         {"RMT", 0x3FF56000, 0xC00},

@@ -185,7 +185,8 @@ struct watchdog {
 
 struct gpio {
     bool watched; /* some pin may interrupt */
-    uint32_t out[2], enable[2], inverts[2], foreign[2], driven[2], drive[2], level[2];
+    uint32_t out[2], enable[2], inverts[2], foreign[2], pulls[2], driven[2], drive[2], level[2];
+    uint32_t io_mux[64];
     uint32_t status[2], pin[ES_PINS], routed[ES_PINS], input[256];
 };
 
@@ -418,6 +419,8 @@ bool rom_has(const struct esp *esp, uint32_t address);
 void rom_call(struct esp *esp);
 /* peripherals: their registers, when something happens next, let it happen */
 void gpio_create(struct esp *esp);
+void io_mux_create(struct esp *esp);
+void gpio_pulls(struct esp *esp); /* they may have changed */
 void timers_create(struct esp *esp);
 uint64_t timers_next(const struct esp *esp);
 void timers_event(struct esp *esp);

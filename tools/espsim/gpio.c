@@ -70,7 +70,8 @@ static void record(struct esp *esp, unsigned pin, bool level) {
 
 /* The signal of another peripheral is low. */
 static uint32_t level_of(const struct gpio *gpio, unsigned bank) {
-    const uint32_t driven = gpio->drive[bank] & gpio->driven[bank];
+    const uint32_t driven =
+        (gpio->drive[bank] & gpio->driven[bank]) | (gpio->pulls[bank] & ~gpio->driven[bank]);
     const uint32_t out = (gpio->out[bank] & ~gpio->foreign[bank]) ^ gpio->inverts[bank];
     return (out & gpio->enable[bank]) | (driven & ~gpio->enable[bank]);
 }
@@ -231,6 +232,61 @@ void gpio_create(struct esp *esp) {
         gpio->level[bank] = level_of(gpio, bank);
         record_changes(esp, bank, (gpio->level[bank] ^ before.level[bank]) & before.enable[bank]);
     }
+}
+
+/* ---- pull-ups: IO_MUX, and of the ESP32's RTC pins, RTC_IO ---- */
+
+enum { PULL_UP = 1 << 8, IO_MUX_WORDS = 64, NO_PIN = 255 };
+
+/* Pins of the ESP32's IO_MUX registers, from offset 0 on. */
+static const uint8_t pin_of_esp32[] = {NO_PIN, 36, 37, 38, 39, 34, 35, 32, 33, 25, 26, 27, 14,
+                                       12,     13, 15, 2,  0,  4,  16, 17, 9,  10, 11, 6,  7,
+                                       8,      5,  18, 19, 20, 21, 22, 3,  1,  23, 24};
+
+/* RTC_IO: the bit that pulls each of its pins up. */
+static const struct {
+    uint8_t pin, offset, bit;
+} rtc_pulls[] = {{25, 0x84, 27}, {26, 0x88, 27}, {33, 0x8C, 27}, {32, 0x8C, 22},
+                 {4, 0x94, 27},  {0, 0x98, 27},  {2, 0x9C, 27},  {15, 0xA0, 27},
+                 {13, 0xA4, 27}, {12, 0xA8, 27}, {14, 0xAC, 27}, {27, 0xB0, 27}};
+enum { RTC_IO = 0x400 }; /* from RTC_CNTL */
+
+static unsigned pin_of(const struct esp *esp, uint32_t word) {
+    if (esp->chip == ES_ESP32S3)
+        return word == 0 || word > pins_of(esp) ? NO_PIN : word - 1;
+    return word < sizeof pin_of_esp32 ? pin_of_esp32[word] : NO_PIN;
+}
+
+static void pull(struct gpio *gpio, unsigned pin, bool up) {
+    const uint32_t bit = 1u << pin % 32;
+    gpio->pulls[pin / 32] = up ? gpio->pulls[pin / 32] | bit : gpio->pulls[pin / 32] & ~bit;
+}
+
+/* On the ESP32 a pin that RTC_IO has is pulled by it alone. */
+void gpio_pulls(struct esp *esp) {
+    struct gpio *gpio = &esp->gpio;
+    for (uint32_t word = 0; word < IO_MUX_WORDS; word++)
+        if (pin_of(esp, word) != NO_PIN)
+            pull(gpio, pin_of(esp, word), (gpio->io_mux[word] & PULL_UP) != 0);
+    for (unsigned i = 0; i < sizeof rtc_pulls / sizeof *rtc_pulls && esp->chip == ES_ESP32; i++)
+        pull(gpio, rtc_pulls[i].pin,
+             (esp->rtc[(RTC_IO + rtc_pulls[i].offset) / 4] >> rtc_pulls[i].bit & 1) != 0);
+    for (unsigned bank = 0; bank < 2; bank++)
+        update(esp, bank);
+}
+
+static uint32_t mux_load(struct esp *esp, uint32_t offset) {
+    return esp->gpio.io_mux[offset / 4];
+}
+
+static void mux_store(struct esp *esp, uint32_t offset, uint32_t value) {
+    esp->gpio.io_mux[offset / 4] = value;
+    gpio_pulls(esp);
+}
+
+void io_mux_create(struct esp *esp) {
+    bus_add(esp, &(struct block){"IO_MUX", esp->chip == ES_ESP32 ? 0x3FF49000 : 0x60009000, 4 * IO_MUX_WORDS,
+                                 mux_load, mux_store, NULL});
 }
 
 /* ---- from outside ---- */

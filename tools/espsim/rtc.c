@@ -25,7 +25,7 @@ static const uint32_t places[2][PLACES] = {
 };
 
 enum { OPTIONS = 0x00, RESET_PROCPU = 1 << 5, RESET_APPCPU = 1 << 4, WATCHDOG_WORDS = 7, SLOW_HZ = 150000 };
-enum { XTAL_MHZ = 40, SOC_CLOCK_PLL = 1 };
+enum { RTC_IO = 0x400, RTC_IO_END = 0x4D0, XTAL_MHZ = 40, SOC_CLOCK_PLL = 1 };
 #define RESET_SYSTEM (1u << 31)
 #define TIME_VALID   (1u << 30)
 
@@ -61,6 +61,8 @@ static void store(struct esp *esp, uint32_t offset, uint32_t value) {
         esp->rtc[offset / 4] = value;
         if (offset == at(esp, STALL))
             update_stalls(esp);
+        if (offset >= RTC_IO && offset < RTC_IO_END && esp->chip == ES_ESP32)
+            gpio_pulls(esp);
         if (offset == at(esp, TIME_UPDATE)) {
             const uint64_t now = esp->cycles / (ES_CPU_HZ / SLOW_HZ);
             esp->rtc[at(esp, TIME0) / 4] = (uint32_t)now;

@@ -44,7 +44,13 @@ enum {
     MISC0 = 244,
 };
 
-enum { USER_EXPSTATE = 230, USER_THREADPTR = 231, USER_FCR = 232, USER_FSR = 233, USER_F64 = 234 /* to 236 */ };
+enum {
+    USER_EXPSTATE = 230,
+    USER_THREADPTR = 231,
+    USER_FCR = 232,
+    USER_FSR = 233,
+    USER_F64 = 234 /* to 236 */
+};
 
 #define PS_WRITABLE 0x00070FFFu
 /* What ESP-IDF knows the cores by. */
@@ -238,7 +244,8 @@ static uint32_t *user(struct esp *esp, unsigned number) {
         return &esp->cpu->fcr;
     case USER_FSR:
         return &esp->cpu->fsr;
-    case USER_F64: /* of the ESP32's double accelerator, whose instructions no compiler uses: saved with the others */
+    case USER_F64: /* of the ESP32's double accelerator, whose instructions no compiler uses: saved with the
+                      others */
     case USER_F64 + 1:
     case USER_F64 + 2:
         return &esp->cpu->f64[number - USER_F64];
