@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import hashlib
 import zlib
+from pathlib import Path
 
 import pytest
 from espsim import bare
 from espsim import code as c
+from espsim.romcode import make
 from espsim.virtual import Chip, ChipFault, Cpu, VirtualChip
 from registers import PLACES
+from xtensa import windows
+from xtensa.toolchain import NoToolchainError, find_toolchain
 
 DATA = {Chip.ESP32: 0x3FFB0000, Chip.ESP32S3: 0x3FC90000}
 WORDS = 2**32
@@ -235,3 +239,55 @@ def test_symbols_of_another_file(esp32: VirtualChip) -> None:
         esp32.load_symbols(b"\x7fELF")
     with pytest.raises(KeyError):
         esp32.symbol("main")
+
+
+CALLS = 0x3FFAE024  # syscall_table_ptr_pro
+GETREENT, WRITE_R, LOCK = 0, 21, 25  # places in the table: libc_stubs.h
+STREAMS, FILE = 0x3FFAE300, 104
+
+
+@pytest.fixture
+def newlib(esp32: VirtualChip) -> Rom:
+    """The program's functions: __getreent() returns 7, _write_r() the sum of its first and second argument."""
+    rom = Rom(esp32, Chip.ESP32)
+    at, table = PLACES[Chip.ESP32].code + 0x100, rom.data
+    bodies = {GETREENT: c.movi(2, 7), WRITE_R: c.add(2, 2, 3), LOCK: c.movi(3, 9) + c.s32i(3, 2, 0)}
+    for n, (place, body) in enumerate(bodies.items()):
+        esp32.write(at + 32 * n, c.entry(1, 32) + body + c.RETW)
+        esp32.write(table + 4 * place, (at + 32 * n).to_bytes(4, "little"))
+    esp32.write(CALLS, table.to_bytes(4, "little"))
+    return rom
+
+
+def test_files_reach_the_programs_functions(newlib: Rom) -> None:
+    """With the caller's reent before the file's number."""
+    assert newlib.call("write", 3, 0, 0) == 7 + 3
+
+
+def test_streams(newlib: Rom) -> None:
+    """Eight; each is reserved, has its owner and a lock."""
+    streams = [newlib.call("__sfp", newlib.data + 0x100) for _ in range(9)]
+    assert streams == [*(STREAMS + FILE * n for n in range(8)), 0]
+    words = newlib.chip.read(STREAMS, FILE)
+    assert words[12:16] == b"\x01\0\xff\xff"
+    assert words[28:32] == (newlib.data + 0x100).to_bytes(4, "little") and words[88] == 9
+
+
+def test_tokens(newlib: Rom) -> None:
+    text, rest = newlib.put(b" ;a;;bc "), newlib.put(b"....")
+    places = [newlib.call("strtok_r", text, b"; ", rest)]
+    places += [newlib.call("strtok_r", 0, b"; ", rest) for _ in range(2)]
+    assert [newlib.text(place) if place else None for place in places] == [b"a", b"bc", None]
+
+
+def test_the_roms_code_is_what_its_source_makes(tmp_path: Path) -> None:
+    try:
+        tools = find_toolchain()
+    except NoToolchainError as err:
+        pytest.skip(str(err))
+    if said := windows.missing(tools):
+        pytest.skip(said)
+    made = make.header(make.build(tmp_path))
+    assert made == (Path(make.__file__).parent / "code.h").read_text(encoding="utf-8"), (
+        "run python -m espsim.romcode.make"
+    )

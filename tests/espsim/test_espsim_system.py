@@ -206,7 +206,7 @@ def systimer_count(registers: Registers, unit: int) -> int:
 
 
 def test_systimer_counts(s3: Registers) -> None:
-    """16 MHz; unit 1 has to be turned on, and begins where it is told."""
+    """16 MHz; unit 1 has to be turned on, and begins at the value that was loaded."""
     begin = systimer_count(s3, 0)
     s3.wait(15 * 1000)
     assert systimer_count(s3, 0) - begin in (1000, 1001)

@@ -199,7 +199,7 @@ void rom_put_code(struct esp *esp) {
     (void)es_write(esp, ROM_CODE, rom_code, sizeof rom_code);
 }
 
-/* The call goes on there, with its arguments. */
+/* The call continues there, with its arguments. */
 void rom_continue(struct esp *esp, uint32_t address) {
     esp->cpu->next = address;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Functions of the boot ROM that call the program's, as code of the processor: qsort, and newlib's streams, which reach files through a
- * table that the program has set. make.py compiles it into code.h. */
+ * Functions of the boot ROM that call the program's, as code of the processor: qsort, and newlib's streams,
+ * which reach files through a table that the program has set. make.py compiles it into code.h. */
 
 typedef unsigned size_t;
 
