@@ -87,6 +87,11 @@ def test_a_slow_axis_keeps_its_rate_in_a_bend(first_deg: int, turn_deg: int) -> 
 @pytest.mark.slow
 @common
 @given(path=structured_paths(), machine=machines, mode=path_modes)
+@example(  # a stop on a blend that turns far takes much longer than the speed along it says
+    path=Path(((1, 0, 0), (-0.5, 0.866, 0), (-0.5, -0.866, 0), (1, 0, 0)), 600, 2),
+    machine=Machine(accel_mm_s2=(200.0, 2000.0, 500.0), rate_mm_min=(5000.0,) * 3, jerk_mm_s3=5000, shapers=()),
+    mode="G64P0.3",
+)
 def test_any_structure_on_any_machine(path: Path, machine: Machine, mode: str) -> None:
     run = performed(path, machine, mode)
     assert_lawful(run, machine)
