@@ -23,7 +23,7 @@ static float stop_least_s(const struct emit *emit) {
 float emit_stop_longer_s(const struct emit *emit, float time_s) {
     if (emit->stop != AHEAD_STOP || emit->v_mm_s <= 0.0f)
         return time_s;
-    float longer_s = stop_least_s(emit) * sqrtf(emit->stop_v_mm_s / emit->v_mm_s);
+    float longer_s = stop_least_s(emit) * sqrtf(max_f(emit->stop_v_mm_s / emit->v_mm_s, 1.0f));
     return max_f(time_s, min_f(longer_s, emit->stop_most_s));
 }
 
