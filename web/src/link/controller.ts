@@ -46,6 +46,10 @@ const PARKED = /^Parked:/;
 /** Lines are the job's again, or still: the job cannot be left here, or cannot be resumed with what was set. */
 const NOT_PARKED = /^Not (?:parked|resumed): (.+)$/;
 const NEEDS_RESET = /^Reset to continue/;
+/** Rows of `$#`. */
+const OFFSET = /^(G\d[\d.]*|TLO|PRB)$/;
+/** States in which it answers what is asked next to motion: a held program's lines wait, and so would a question. */
+const ANSWERS_NEXT_TO_MOTION = new Set(["Idle", "Alarm", "Run", "Jog"]);
 
 const HOMING_CYCLES = TABLES.settings.filter((row) => /^homing_cycle_/.test(row.name)).map((row) => row.number);
 /** Another scale or another zero; motors without power. */
@@ -242,6 +246,14 @@ export class Controller {
   /** Ask again now, and leave it out of the terminal: the signals have the answer when this resolves. */
   async refresh(...questions: readonly Question[]): Promise<void> {
     for (const question of questions) this.learn(question, await this.ask(question, true));
+  }
+
+  /** Ask for what only one card shows, and leave it out of the terminal. null: refused, or lines of others are under way. */
+  async query(text: "$DRIVERS" | "$SPINDLES"): Promise<readonly string[] | null> {
+    const free = this.commands.peek() && !this.needsReset.peek() && this.queue.idle && this.mayAsk();
+    if (!free || !ANSWERS_NEXT_TO_MOTION.has(this.state.peek())) return null;
+    const answer = await this.ask(text, true);
+    return answer.kind === "ok" ? answer.said : null;
   }
 
   private ask(text: string, quiet: boolean): Promise<Answer> {
@@ -492,7 +504,7 @@ export class Controller {
     else if (key === "OPT") {
       this.options.value = body;
       this.queue.capacity = (receiveBuffer(body) ?? SMALLEST_BUFFER + 1) - 1;
-    } else if (key !== "LOGIN" && key !== "TRUST") this.offsets.value = new Map(this.offsets.value).set(key, body);
+    } else if (OFFSET.test(key)) this.offsets.value = new Map(this.offsets.value).set(key, body);
   }
 
   private takeMessage(body: string): void {
