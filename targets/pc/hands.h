@@ -18,6 +18,8 @@
  *   ramp RPM              spindle's change of speed in a second; 0: immediately
  *   load PERCENT          the work brakes the spindle by so much; negative: it turns faster
  *   encoder COUNTS        of the spindle's encoder in a revolution
+ *   driver MOTOR FAULT    what is wrong with a driver with registers, x .. c2: supply, wire, noise, hot,
+ *                         shut-down, short, open, undervoltage; ok: nothing
  *
  * hands_read() only reads: a line that is wrong changes nothing. One thread, as the host. */
 #ifndef WIFICNC_PC_HANDS_H
@@ -48,6 +50,7 @@ enum hands_kind {
     HANDS_LOAD,
     HANDS_ENCODER,
     HANDS_ANALOG,
+    HANDS_DRIVER,
 };
 
 /** One thing to do. */
@@ -64,6 +67,7 @@ struct hands_action {
     unsigned analog;           /* HANDS_ANALOG: which input */
     float percent;             /* HANDS_ANALOG, HANDS_LOAD */
     uint32_t counts;           /* HANDS_ENCODER */
+    unsigned motor, faults;    /* HANDS_DRIVER: host_driver_set_faults() */
 };
 
 /** Understand a line; millimetres become steps by the controller's present $100.. .

@@ -96,8 +96,8 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
 
 static bool has_drivers(const struct host_board *board) {
     bool any = false;
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        any |= board->driver[ax] != 0;
+    for (unsigned motor = 0; motor < MOTOR_COUNT * AXIS_COUNT; motor++)
+        any |= board->driver[motor] != 0;
     return any;
 }
 

@@ -10,6 +10,7 @@
 
 #include "base/axis.h"
 #include "device/device.h"
+#include "machine/motors.h"
 #include "machine/pendant.h"
 #include "trace.h"
 
@@ -54,7 +55,7 @@ struct host_board {
     const struct device_board *device;                      /* is copied; NULL: no pins */
     uint16_t pump_hz;                                       /* what $73 starts at; 0: no charge pump */
     uint32_t pump_clock_hz, pump_ticks_min, pump_ticks_max; /* of its timer */
-    uint32_t driver[AXIS_COUNT]; /* with registers: host_drivers_init(); 0: a plain one */
+    uint32_t driver[MOTOR_COUNT * AXIS_COUNT]; /* with registers: host_drivers_init(); 0: a plain one */
 };
 
 /** Pieces of path. */

@@ -134,7 +134,7 @@ bool host_follow_edges(struct host *host) {
     for (; host->seen != host->hal.step.write; host->seen++) {
         if (host->hal.drivers.count > 0) {
             host_drivers_step(&host->hal, host->seen->step_mask, host->seen->dir_mask, host->seen->t_ticks);
-            machine->blind = host_drivers_blind(&host->hal);
+            host_drivers_blind(&host->hal, machine->blind);
         }
         changed |= machine->follows && virtual_step(machine, host->seen->step_mask, host->seen->dir_mask);
     }

@@ -19,10 +19,11 @@ static void axes_of(const struct virtual_machine *machine, const int32_t motors[
 }
 
 /* Limits and home switches that are hit where a motor of each axis is: as those of the first motors. */
-static uint64_t switches_at(const struct virtual_machine *machine, const int32_t at[AXIS_COUNT]) {
+static uint64_t switches_at(const struct virtual_machine *machine, const int32_t at[AXIS_COUNT],
+                            axis_mask_t blind) {
     uint64_t hit = 0;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        if ((machine->blind >> ax & 1) != 0)
+        if ((blind >> ax & 1) != 0)
             continue;
         if ((machine->has_low >> ax & 1) != 0 && at[ax] <= machine->low[ax])
             hit |= BIT(VIRTUAL_LIMIT_MIN + ax);
@@ -39,7 +40,7 @@ static uint64_t of_second_motors(const struct virtual_machine *machine) {
     static const uint8_t lines[][2] = {{VIRTUAL_LIMIT_MIN, VIRTUAL_SECOND_MIN},
                                        {VIRTUAL_LIMIT_MAX, VIRTUAL_SECOND_MAX},
                                        {VIRTUAL_HOME, VIRTUAL_SECOND_HOME}};
-    uint64_t hit = switches_at(machine, machine->second), levels = 0;
+    uint64_t hit = switches_at(machine, machine->second, machine->blind[1]), levels = 0;
     for (unsigned i = 0; i < sizeof lines / sizeof lines[0]; i++)
         levels |= (hit >> lines[i][0] & machine->ganged) << lines[i][1];
     return levels;
@@ -58,7 +59,7 @@ bool virtual_update(struct virtual_machine *machine) {
     uint64_t levels = machine->forced;
     int32_t at[AXIS_COUNT];
     axes_of(machine, machine->position, at);
-    levels |= switches_at(machine, at);
+    levels |= switches_at(machine, at, machine->blind[0]);
     if (machine->ganged != 0)
         levels |= of_second_motors(machine);
     if (machine->has_surface && machine->position[AXIS_Z] <= machine->surface)

@@ -121,6 +121,8 @@ def test_a_crooked_gantry_is_squared(serve: Serve) -> None:
         ("load -10", "ok"),
         ("encoder 400", "ok"),
         ("skew y", "error: skew AXIS MM"),
+        ("driver x hot", "error: this motor has no driver with registers"),
+        ("driver q hot", "error: driver MOTOR ok|supply|wire|noise|hot|shut-down|short|open|undervoltage, MOTOR x, y2 .."),
         ("x" * 5000, "error: no such command or input"),
     ],
 )

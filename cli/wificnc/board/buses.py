@@ -90,7 +90,7 @@ class Driver(Strict):
 
 
 class Drivers(Strict):
-    """Motor drivers with registers, by axis."""
+    """Motor drivers with registers, by axis; y2: of the second motor of y."""
 
     x: Driver | None = None
     y: Driver | None = None
@@ -98,6 +98,14 @@ class Drivers(Strict):
     a: Driver | None = None
     b: Driver | None = None
     c: Driver | None = None
+    x2: Driver | None = Field(default=None, description="of the second motor of x, [axis.x.second]")
+    y2: Driver | None = Field(default=None, description="of the second motor of y, [axis.y.second]")
+    z2: Driver | None = Field(default=None, description="of the second motor of z, [axis.z.second]")
+    a2: Driver | None = Field(default=None, description="of the second motor of a, [axis.a.second]")
+    b2: Driver | None = Field(default=None, description="of the second motor of b, [axis.b.second]")
+    c2: Driver | None = Field(default=None, description="of the second motor of c, [axis.c.second]")
 
     def named(self) -> dict[str, Driver]:
-        return {name: driver for name in "xyzabc" if (driver := getattr(self, name)) is not None}
+        """First motors, then second ones."""
+        names = [letter + motor for motor in ("", "2") for letter in "xyzabc"]
+        return {name: driver for name in names if (driver := getattr(self, name)) is not None}

@@ -46,7 +46,7 @@ BUS_SIGNALS = (
     *("bus_tx", "bus_rx", "bus_de"),
     *("pendant_tx", "pendant_rx"),
     *("driver_tx", "driver_rx", "driver_mosi", "driver_miso", "driver_sclk", "driver_cs"),
-    *(f"driver_cs_{letter}" for letter in AXIS_LETTERS.lower()),
+    *(f"driver_cs_{letter}{motor}" for motor in ("", "2") for letter in AXIS_LETTERS.lower()),
 )
 # Pins that nothing moves and no table lists: they cost no memory of the firmware.
 FIXED_SIGNALS = tuple(signal for signal in BUS_SIGNALS if signal.startswith("driver_"))

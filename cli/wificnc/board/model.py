@@ -397,14 +397,15 @@ class Board(BoardFile):
 
     @property
     def driver_rows(self) -> tuple[tuple[int, ...], ...]:
-        """struct driver_wire of core/drivers/drivers.h: kind, axis, address or place, select, chain, mOhm, DIAG."""
+        """struct driver_wire of core/drivers/drivers.h: kind, axis, motor, address or place, select, chain, mOhm, DIAG."""
         named = self.driver.named()
         chained = bool(self.driver_bus and self.driver_bus.cs)
         selects = iter(range(len(named)))
         return tuple(
             (
                 driver.code,
-                "xyzabc".index(name),
+                "xyzabc".index(name[0]),
+                int(name.endswith("2")),
                 (driver.address if driver.kind == "tmc2209" else driver.place) or 0,
                 next(selects) if driver.cs else 0,
                 len(named) if chained else 1,
@@ -416,10 +417,10 @@ class Board(BoardFile):
 
     @property
     def driver_codes(self) -> list[int]:
-        """The same as numbers for targets/pc/host_drivers.h, one per axis; 0: a plain driver."""
-        codes = [0] * AXES_MAX
-        for kind, axis, address, select, chain, _mohm, diag in self.driver_rows:
-            codes[axis] = kind | address << 4 | select << 8 | chain << 12 | diag << 16
+        """The same as numbers for targets/pc/host_drivers.h, one per axis, then of second motors; 0: a plain driver."""
+        codes = [0] * (2 * AXES_MAX)
+        for kind, axis, motor, address, select, chain, mohm, diag in self.driver_rows:
+            codes[axis + AXES_MAX * motor] = kind | address << 4 | select << 8 | chain << 12 | diag << 16 | mohm << 17
         return codes
 
     @property

@@ -313,7 +313,10 @@ def _driver(board: BoardFile, name: str, driver: Driver) -> Iterator[Finding]:
     assert bus is not None
     uart = driver.kind == "tmc2209"
     if name not in board.axis.motors():
-        yield Finding("drivers", path, f"the board has no axis {name}", f"add [axis.{name}], or leave this out")
+        second = name.endswith("2")
+        reason = f"the board has no second motor of {name[0]}" if second else f"the board has no axis {name}"
+        table = f"[axis.{name[0]}.second]" if second else f"[axis.{name}]"
+        yield Finding("drivers", path, reason, f"add {table}, or leave this out")
         return
     if uart != (bus.uart is not None):
         reason = f"a {driver.kind.upper()} is reached by {'UART' if uart else 'SPI'}"
