@@ -48,8 +48,6 @@ const NOT_PARKED = /^Not (?:parked|resumed): (.+)$/;
 const NEEDS_RESET = /^Reset to continue/;
 /** Rows of `$#`. */
 const OFFSET = /^(G\d[\d.]*|TLO|PRB)$/;
-/** States in which it answers what is asked next to motion: a held program's lines wait, and so would a question. */
-const ANSWERS_NEXT_TO_MOTION = new Set(["Idle", "Alarm", "Run", "Jog"]);
 
 const HOMING_CYCLES = TABLES.settings.filter((row) => /^homing_cycle_/.test(row.name)).map((row) => row.number);
 /** Another scale or another zero; motors without power. */
@@ -249,10 +247,10 @@ export class Controller {
   }
 
   /** Ask for what only one card shows, and leave it out of the terminal. null: refused, or lines of others are under way. */
-  async query(text: "$DRIVERS" | "$SPINDLES"): Promise<readonly string[] | null> {
-    const free = this.commands.peek() && !this.needsReset.peek() && this.queue.idle && this.mayAsk();
-    if (!free || !ANSWERS_NEXT_TO_MOTION.has(this.state.peek())) return null;
-    const answer = await this.ask(text, true);
+  async query(question: "$DRIVERS" | "$SPINDLES"): Promise<readonly string[] | null> {
+    if (!this.commands.peek() || this.needsReset.peek() || !this.queue.idle || !this.mayAsk()) return null;
+    if (question === "$SPINDLES" && !ANSWERS_IN.has(this.state.peek())) return null;
+    const answer = await this.ask(question, true);
     return answer.kind === "ok" ? answer.said : null;
   }
 

@@ -13,13 +13,21 @@ const CURRENT = settingNumber("driver_current_ma");
 const MICROSTEPS = settingNumber("driver_microsteps");
 const STEPS = settingNumber("steps_per_mm");
 const FAULT = settingNumber("driver_fault");
-const FIELDS = ["driver_current_ma", "driver_hold_pct", "driver_microsteps", "driver_stealth_mm_min", "driver_coolstep", "driver_stall", "driver_stall_mm_min"].map(settingNumber);
+const FIELDS = [
+  ["driver_current_ma", msg`Motor current, mA`],
+  ["driver_hold_pct", msg`Current at rest, %`],
+  ["driver_microsteps", msg`Microsteps`],
+  ["driver_stealth_mm_min", msg`stealthChop below, mm/min`],
+  ["driver_coolstep", msg`coolStep`],
+  ["driver_stall", msg`StallGuard: sensitivity`],
+  ["driver_stall_mm_min", msg`StallGuard: slowest speed, mm/min`],
+].map(([name, label]) => [settingNumber(name!), label!] as const);
 const MICROSTEP_CHOICES = Array.from({ length: 9 }, (_, power) => [String(2 ** power), String(2 ** power)] as const);
 const SCALES = 32;
 
 const STATES = {
-  verified: ["good", msg`registers verified`],
-  unwritten: ["", msg`registers not written`],
+  verified: ["good", msg`verified`],
+  unwritten: ["", msg`not written`],
   written: ["busy", msg`being written`],
 } as const;
 
@@ -80,7 +88,7 @@ function DriverTable({ drivers, onChange }: { drivers: readonly Driver[]; onChan
             <th class="number hide-narrow">{t`Microsteps`}</th>
             <th class="number hide-narrow">{t`Load`}</th>
             <th class="number hide-narrow">{t`Resets`}</th>
-            <th />
+            <td />
           </tr>
         </thead>
         <tbody>
@@ -101,7 +109,7 @@ function DriverRow({ driver, onChange }: { driver: Driver; onChange: () => void 
   return (
     <tr data-test={`driver-${name}`}>
       <td>
-        <strong>{name}</strong> <span class="small soft">{t`${chip}, place ${place}`}</span>
+        <strong>{name}</strong> <span class="small soft hide-narrow">{t`${chip}, place ${place}`}</span>
       </td>
       <td>
         <span class={`chip ${kind}`}>{words}</span>
@@ -171,10 +179,11 @@ function DriverDialog({ driver, drivers, onReview, onClose }: DialogProps): JSX.
       <div class="stack">
         {noHoming.value && <Notice kind="info" title={t`Settings cannot be changed now`} text={noHoming.value} />}
         {same.length > 1 && <Notice kind="info" title={t`The drivers ${same.map(({ name }) => name).join(", ")} have the same settings, those of axis ${AXES[axis]}.`} />}
-        {FIELDS.map((number) => (
+        {FIELDS.map(([number, label]) => (
           <SettingField
             key={number}
             number={number + axis}
+            label={tr(label)}
             edits={typed.value}
             onEdit={onEdit}
             choices={number === MICROSTEPS ? MICROSTEP_CHOICES : undefined}

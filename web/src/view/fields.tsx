@@ -15,6 +15,7 @@ export interface SettingFieldProps {
   /** Values by name; without, it is typed. */
   choices?: readonly (readonly [value: string, text: string])[];
   /** Instead of the setting's own. */
+  label?: string;
   hint?: string;
 }
 
@@ -28,14 +29,14 @@ export function anyProblem(edits: Edits): boolean {
   return [...edits].some(([number, text]) => settingProblem(findSetting(number)!.row, text) !== "");
 }
 
-export function SettingField({ number, edits, onEdit, choices, hint }: SettingFieldProps): JSX.Element | null {
+export function SettingField({ number, edits, onEdit, choices, label, hint }: SettingFieldProps): JSX.Element | null {
   const row = findSetting(number)?.row;
   if (!row || !controller.settings.value.has(number)) return null;
   const text = textOf(number, edits);
   const problem = settingProblem(row, text);
   const shown = { class: "input", value: Number(text), disabled: !controller.commands.value, "data-test": `field-${number}` };
   return (
-    <Field label={`${settingName(row)}${row.unit ? `, ${tr(row.unit)}` : ""}`} hint={problem || (hint ?? tr(row.help))}>
+    <Field label={label ?? `${settingName(row)}${row.unit ? `, ${tr(row.unit)}` : ""}`} hint={problem || (hint ?? (choices ? "" : tr(row.help)))}>
       {choices ? (
         <select {...shown} onChange={(event) => onEdit(number, event.currentTarget.value)}>
           {choices.map(([value, name]) => (

@@ -8,17 +8,28 @@ import { ApplyDialog } from "./apply";
 import { anyProblem, SettingField, textOf, type Edits } from "./fields";
 import { Button, Card, Notice } from "./parts";
 import { spindleWords } from "./position";
-import { t } from "../words";
+import { msg, t, tr } from "../words";
 
 export const SPINDLE_TYPE = settingNumber("spindle_type");
 const LASER = settingNumber("laser_mode");
 const BAUD = settingNumber("vfd_baud");
 const PARITY = settingNumber("vfd_parity");
-const USUAL = ["spindle_max_rpm", "spindle_min_rpm", "vfd_rpm_per_hz", "at_speed_pct", "spindle_on_delay_s", "vfd_address", "vfd_baud", "vfd_parity", "vfd_timeout_ms"].map(settingNumber);
-const OWN_REGISTERS = [
+type Row = readonly [number: number, label?: string, hint?: string];
+const USUAL: readonly Row[] = [
+  [settingNumber("spindle_max_rpm"), msg`Highest speed, rpm`, msg`The speed at the drive's maximum frequency.`],
+  [settingNumber("spindle_min_rpm"), msg`Slowest speed, rpm`, msg`A smaller S turns it at this speed.`],
+  [settingNumber("vfd_rpm_per_hz"), msg`Speed at 1 Hz, rpm`, msg`60 for a motor of 2 poles, 30 for 4 poles.`],
+  [settingNumber("at_speed_pct"), msg`At speed within, %`],
+  [settingNumber("spindle_on_delay_s"), msg`Wait after a start, s`],
+  [settingNumber("vfd_address"), msg`Modbus address`],
+  [BAUD, msg`Baud rate`],
+  [PARITY, msg`Parity`],
+  [settingNumber("vfd_timeout_ms"), msg`Longest wait for an answer, ms`],
+];
+const OWN_REGISTERS: readonly Row[] = [
   ...["vfd_run_register", "vfd_set_register", "vfd_read_register", "vfd_clockwise", "vfd_counter_clockwise", "vfd_stop"],
   ...["vfd_set_multiplier", "vfd_set_divider", "vfd_read_multiplier", "vfd_read_divider"],
-].map(settingNumber);
+].map((name) => [settingNumber(name)] as const);
 /** $395 of the drive whose registers are settings. */
 const OWN = 1;
 /** Of $374. */
@@ -42,7 +53,7 @@ export function SpindleCard({ spindles }: { spindles: readonly Spindle[] }): JSX
   const chosen = Number(textOf(SPINDLE_TYPE, typed.value));
   const why = whyNot();
   const laser = chosen !== 0 && Number(controller.settings.value.get(LASER) ?? 0) !== 0;
-  const numbers = chosen === 0 ? [] : [...USUAL, ...(chosen === OWN ? OWN_REGISTERS : [])];
+  const rows = chosen === 0 ? [] : [...USUAL, ...(chosen === OWN ? OWN_REGISTERS : [])];
   const onEdit = (number: number, text: string): void => void (typed.value = new Map(typed.value).set(number, text));
   const sent = (refused: readonly number[]): void => void (typed.value = new Map([...typed.value].filter(([number]) => refused.includes(number))));
   return (
@@ -52,6 +63,7 @@ export function SpindleCard({ spindles }: { spindles: readonly Spindle[] }): JSX
       </p>
       <SettingField
         number={SPINDLE_TYPE}
+        label={t`Driven by`}
         edits={typed.value}
         onEdit={onEdit}
         choices={spindles.map(({ number, name, drive }) => [String(number), drive ? name : t`${name}, an output of the board`] as const)}
@@ -59,8 +71,16 @@ export function SpindleCard({ spindles }: { spindles: readonly Spindle[] }): JSX
       />
       {laser && <Notice kind="warn" title={t`A laser ($32=1) and a drive exclude each other: set $32=0 first.`} />}
       <div class="fields">
-        {numbers.map((number) => (
-          <SettingField key={number} number={number} edits={typed.value} onEdit={onEdit} choices={choicesOf(number)} />
+        {rows.map(([number, label, hint]) => (
+          <SettingField
+            key={number}
+            number={number}
+            label={label && tr(label)}
+            edits={typed.value}
+            onEdit={onEdit}
+            choices={choicesOf(number)}
+            hint={hint && tr(hint)}
+          />
         ))}
       </div>
       {why && <p class="small soft">{why}</p>}
