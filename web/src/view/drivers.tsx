@@ -46,6 +46,7 @@ const PROBLEMS: Readonly<Record<string, readonly [name: string, what: string]>> 
   open: [msg`coil without current`, msg`Switch off, and check the cable of the motor.`],
   "other steps": [msg`does not see its steps`, msg`Check its address and its step wire.`],
 };
+const HELD = new Set(["Hold", "Tool", "Door"]);
 const WARNINGS = new Set(["hot", "open"]);
 
 export function DriversCard({ drivers }: { drivers: readonly Driver[] }): JSX.Element {
@@ -59,6 +60,9 @@ export function DriversCard({ drivers }: { drivers: readonly Driver[] }): JSX.El
   return (
     <Card title={t`Motor drivers`}>
       {drivers.flatMap((each) => each.problems.map((problem) => <Problem key={each.name + problem} driver={each} problem={problem} />))}
+      {controller.driverSays.value && HELD.has(controller.state.value) && (
+        <Notice kind="warn" title={t`In a hold the drivers cannot be asked. The controller has reported:`} text={controller.driverSays.value} />
+      )}
       <DriverTable drivers={drivers} onChange={(name) => (changed.value = name)} />
       <p class="small soft">
         {t`Verified: the driver has answered with what was written. Load is StallGuard's result while the motor turns: the less, the heavier.`}
