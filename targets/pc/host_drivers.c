@@ -168,14 +168,15 @@ void host_drivers_init(struct host *host, const uint32_t driver[MOTOR_COUNT * AX
         if (kind == NULL)
             continue;
         struct driver_wire *wire = &drivers->wire[drivers->count];
-        *wire = (struct driver_wire){.kind = (uint8_t)(code & 15u),
-                                     .axis = (uint8_t)(motor % AXIS_COUNT),
-                                     .motor = (uint8_t)(motor / AXIS_COUNT),
-                                     .address = (uint8_t)(code >> 4 & 15u),
-                                     .select = (uint8_t)(code >> 8 & 15u),
-                                     .chain = (uint8_t)(code >> 12 & 15u),
-                                     .sense_mohm = (uint16_t)(sense_mohm != 0 ? sense_mohm : kind->sense_mohm),
-                                     .diag = (code >> 16 & 1u) != 0};
+        *wire =
+            (struct driver_wire){.kind = (uint8_t)(code & 15u),
+                                 .axis = (uint8_t)(motor % AXIS_COUNT),
+                                 .motor = (uint8_t)(motor / AXIS_COUNT),
+                                 .address = (uint8_t)(code >> 4 & 15u),
+                                 .select = (uint8_t)(code >> 8 & 15u),
+                                 .chain = (uint8_t)(code >> 12 & 15u),
+                                 .sense_mohm = (uint16_t)(sense_mohm != 0 ? sense_mohm : kind->sense_mohm),
+                                 .diag = (code >> 16 & 1u) != 0};
         struct virtual_tmc *chip = &drivers->chip[drivers->count++];
         *chip = (struct virtual_tmc){.kind = wire->kind, .address = wire->address, .select = wire->select};
         virtual_tmc_reset(chip);

@@ -85,7 +85,7 @@ struct virtual_machine {
     bool core_xy;               /* X and Y switches are those of X = (A + B) / 2 and Y = (A - B) / 2 */
     axis_mask_t blind[2]; /* axes without switches whose driver does not see their end now: first motors,
                            * second ones */
-    bool follows;               /* the true position matters: every step edge is looked at */
+    bool follows;         /* the true position matters: every step edge is looked at */
     struct virtual_event events[VIRTUAL_EVENTS_MAX]; /* sorted by time, the next one last */
     uint32_t event_count;
     struct virtual_outputs outputs;

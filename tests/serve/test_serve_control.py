@@ -122,7 +122,10 @@ def test_a_crooked_gantry_is_squared(serve: Serve) -> None:
         ("encoder 400", "ok"),
         ("skew y", "error: skew AXIS MM"),
         ("driver x hot", "error: this motor has no driver with registers"),
-        ("driver q hot", "error: driver MOTOR ok|supply|wire|noise|hot|shut-down|short|open|undervoltage, MOTOR x, y2 .."),
+        (
+            "driver q hot",
+            "error: driver MOTOR ok|supply|wire|noise|hot|shut-down|short|open|undervoltage, MOTOR x, y2 ..",
+        ),
         ("x" * 5000, "error: no such command or input"),
     ],
 )

@@ -1,4 +1,4 @@
-"""Motor drivers with registers, and the spindle's drive, on the settings tab: their state, their faults, their settings."""
+"""Motor drivers with registers, and the spindle's drive, on the settings tab: state, faults, settings."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
- * Buses at work, second by second, to count what they cost: a spindle's drive that turns, on RS-485, and motor
- * drivers with registers, on a UART or by SPI, that are watched while their axes move. The other ends answer
- * as they should and byte by byte, in the time of the bus, so that each poll finds a part of an answer.
+ * Buses at work, second by second, to count what they cost: a spindle's drive that turns, on RS-485, and
+ * motor drivers with registers, on a UART or by SPI, that are watched while their axes move. The other ends
+ * answer as they should and byte by byte, in the time of the bus, so that each poll finds a part of an
+ * answer.
  *
  *     traffic vfd MODEL SECONDS | traffic uart DRIVERS SECONDS | traffic spi DRIVERS SECONDS
  *
@@ -215,7 +216,8 @@ static void begin(void) {
     }
     drivers_init(&drivers, wires, (uint8_t)what, is_uart ? &uart : &spi);
     for (unsigned n = 0; n < what; n++)
-        drivers_want(&drivers, n, &(struct tmc_want){.current_ma = CURRENT_MA, .microsteps = 16, .hold_pct = 50});
+        drivers_want(&drivers, n,
+                     &(struct tmc_want){.current_ma = CURRENT_MA, .microsteps = 16, .hold_pct = 50});
 }
 
 /* A poll as the task side makes it: until there is nothing more to do. */

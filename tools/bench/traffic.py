@@ -6,9 +6,12 @@ import json
 import re
 import subprocess
 import tempfile
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+import espsim.count
+import mips.count
 from espsim import bare
 from espsim import code as c
 from espsim.program import PS_UM, PS_WOE, STACK_BASE, START
@@ -77,7 +80,7 @@ def on_mips() -> list[Figure]:
         def run(kind: str, what: int, seconds: int) -> int:
             argv = [*options, kind, str(what), str(seconds)]
             said = subprocess.run(argv, capture_output=True, text=True, check=True).stderr
-            return dict((int(part), int(count)) for part, count in re.findall(r"part (\d+) (\d+)", said)).get(_OURS, 0)
+            return {int(part): int(count) for part, count in re.findall(r"part (\d+) (\d+)", said)}.get(_OURS, 0)
 
         def second(kind: str, what: int) -> float:
             return (run(kind, what, SECONDS) - run(kind, what, 0)) / SECONDS
@@ -113,7 +116,7 @@ def on_xtensa(chip: Chip) -> list[Figure]:
 _OURS, _OTHERS = 3, 4  # parts of tools/mips/count.c; a part calls itself and those above it in its list
 
 
-def _figures(second, measured: list[Bus], processor: str) -> list[Figure]:
+def _figures(second: Callable[[str, int], float], measured: list[Bus], processor: str) -> list[Figure]:
     budget = json.loads(BUDGET.read_text(encoding="utf-8"))[processor]
     figures = [Figure(bus.name, max(second(bus.kind, what) for what in bus.what), "instr/s") for bus in measured]
     return [Figure(each.name, each.value, each.unit, budget.get(each.name, 0)) for each in figures]
@@ -165,6 +168,9 @@ def _word(chip: VirtualChip, name: str) -> int:
 
 def report() -> list[tuple[str, list[Figure]]]:
     """A heading and the figures below it."""
-    return [(METHOD, here()), ("On MIPS:", on_mips())] + [
-        (f"On the {bare.PLACES[chip].name}:", on_xtensa(chip)) for chip in (Chip.ESP32, Chip.ESP32S3)
-    ]
+    found = [(METHOD, here())]
+    if not mips.count.not_here():
+        found.append(("On MIPS:", on_mips()))
+    if not espsim.count.not_here():
+        found += [(f"On the {bare.PLACES[chip].name}:", on_xtensa(chip)) for chip in (Chip.ESP32, Chip.ESP32S3)]
+    return found

@@ -30,9 +30,7 @@ STYLES = {"verified": "green", "not written": "dim", "being written": "yellow"}
 @click.option("--steps", is_flag=True, help="With other microsteps change steps/mm, too, so that a mm stays one.")
 @controller_option
 @json_option
-def command(
-    motor: str | None, assignments: tuple[str, ...], steps: bool, target: Target, as_json: bool
-) -> None:
+def command(motor: str | None, assignments: tuple[str, ...], steps: bool, target: Target, as_json: bool) -> None:
     """Show the motor drivers with registers (TMC2209, TMC5160, TMC2130), or change settings of one:
     `wificnc drivers`, `wificnc drivers y`, `wificnc drivers y current_ma=800 microsteps=32 --steps`.
 

@@ -78,7 +78,10 @@ def _bus(section: Section, root: Section, remarks: Remarks) -> dict[str, Any]:
     if not {"tx", "rx"} <= found.keys() or any(pin.name.startswith(SHIFTED) for pin in found.values()):
         return {}
     number = section.whole("uart_num") or 2
-    return {"uart": f"UART{number}", **{key: pin.input() if key == "rx" else pin.output() for key, pin in found.items()}}
+    return {
+        "uart": f"UART{number}",
+        **{key: pin.input() if key == "rx" else pin.output() for key, pin in found.items()},
+    }
 
 
 def _format(section: Section, root: Section, remarks: Remarks) -> dict[str, Any]:
@@ -88,11 +91,15 @@ def _format(section: Section, root: Section, remarks: Remarks) -> dict[str, Any]
     if baud in _BAUDS:
         made["vfd_baud"] = _BAUDS.index(baud)
     elif baud:
-        remarks.changed(f"{uart.path}.baud", uart.line_of("baud"), f"{baud}; $374 is one of {', '.join(map(str, _BAUDS))}")
+        remarks.changed(
+            f"{uart.path}.baud", uart.line_of("baud"), f"{baud}; $374 is one of {', '.join(map(str, _BAUDS))}"
+        )
     if mode and re.fullmatch(r"8[NEO]1", mode.upper()):
         made["vfd_parity"] = _PARITIES[mode.upper()[1]]
     elif mode:
-        remarks.changed(f"{uart.path}.mode", uart.line_of("mode"), f"{mode}; a character has 8 bits and 1 stop bit here")
+        remarks.changed(
+            f"{uart.path}.mode", uart.line_of("mode"), f"{mode}; a character has 8 bits and 1 stop bit here"
+        )
     return made
 
 

@@ -87,12 +87,13 @@ function DriverTable({ drivers, onChange }: { drivers: readonly Driver[]; onChan
           <tr>
             <th>{t`Motor`}</th>
             <th>{t`State`}</th>
-            <th class="number">{t`Current`}</th>
             <th class="number hide-narrow">{t`in use`}</th>
             <th class="number hide-narrow">{t`Microsteps`}</th>
             <th class="number hide-narrow">{t`Load`}</th>
             <th class="number hide-narrow">{t`Resets`}</th>
-            <td />
+            <th>
+              <span class="hidden-text">{t`Change`}</span>
+            </th>
           </tr>
         </thead>
         <tbody>
@@ -116,9 +117,8 @@ function DriverRow({ driver, onChange }: { driver: Driver; onChange: () => void 
         <strong>{name}</strong> <span class="small soft hide-narrow">{t`${chip}, place ${place}`}</span>
       </td>
       <td>
-        <span class={`chip ${kind}`}>{words}</span>
+        <span class={`chip ${kind}`}>{words}</span> <span class="mono">{t`${driver.current_ma} mA`}</span>
       </td>
-      <td class="number mono">{t`${driver.current_ma} mA`}</td>
       <td class="number mono hide-narrow">
         {driver.scale + 1}/{SCALES}
       </td>
