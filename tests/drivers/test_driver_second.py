@@ -75,7 +75,7 @@ def test_motion_does_not_begin_on_one_motor_alone(fault: int) -> None:
     said = grbl.after(1.0, "G1 Y20 F3000\n")
     assert "Driver Y2: no answer" in said + grbl.after(0.5) or "silent" in grbl.rows()[3][3]
     grbl.after(3.0)
-    assert abs(grbl.position()[1]) < 1.0 * STEPS_MM, "it stops at once, if it began at all"
+    assert abs(grbl.position()[1]) < 1.0 * STEPS_MM, "it stops immediately, if it began at all"
     assert grbl.state() == "Alarm"
 
 

@@ -47,7 +47,9 @@ OWN = """ModbusVFD:
   speed_map: 0=0% 3000=0% 24000=100%
 """
 # FluidNC's name -> $395, by the titles of docs/spindles.md
-NAMES = {"Huanyang": 2, "H2A": 3, "H100": 4, "YL620": 5, "NowForever": 6, "FolinnBD600": 7, "SiemensV20": 8, "DeltaMS300": 9}  # fmt: skip
+NAMES = {
+    "Huanyang": 2, "H2A": 3, "H100": 4, "YL620": 5, "NowForever": 6, "FolinnBD600": 7, "SiemensV20": 8, "DeltaMS300": 9,
+}  # fmt: skip
 
 
 def converted(folder: Path, spindle: str, head: str = HEAD) -> Imported:

@@ -397,7 +397,7 @@ class Board(BoardFile):
 
     @property
     def driver_rows(self) -> tuple[tuple[int, ...], ...]:
-        """struct driver_wire of core/drivers/drivers.h: kind, axis, motor, address or place, select, chain, mOhm, DIAG."""
+        """struct driver_wire of core/drivers/drivers.h: kind, axis, motor, address/place, select, chain, mOhm, DIAG."""
         named = self.driver.named()
         chained = bool(self.driver_bus and self.driver_bus.cs)
         selects = iter(range(len(named)))

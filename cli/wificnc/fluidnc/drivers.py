@@ -80,7 +80,7 @@ def take_drivers(root: Section, axes: Sequence[Any], remarks: Remarks) -> dict[s
 def _name(facts: Any, driver: DriverFacts) -> str:
     """Of its table: x, or y2 for the second of two motors."""
     is_second = len(facts.motors) > 1 and ".motor1." in f"{driver.path}."
-    return facts.letter.lower() + ("2" if is_second else "")
+    return f"{facts.letter.lower()}2" if is_second else f"{facts.letter.lower()}"
 
 
 def _take_profile(facts: Any, found: dict[str, DriverFacts], remarks: Remarks) -> None:
@@ -92,8 +92,8 @@ def _take_profile(facts: Any, found: dict[str, DriverFacts], remarks: Remarks) -
         remarks.changed(
             second.path, second.line, f"{differs or 'run_mode'}: both motors of an axis have those of motor0"
         )
-    if first or second:
-        facts.profile |= (first or second).profile
+    if driver := first or second:
+        facts.profile |= driver.profile
 
 
 def _lose(found: dict[str, DriverFacts], name: str, remarks: Remarks, why: str) -> None:

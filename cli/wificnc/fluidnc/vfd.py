@@ -116,7 +116,7 @@ def _own(section: Section) -> dict[str, Any] | None:
     if len(registers) != 1 or scales[0] is None or (reading and scales[1] is None):
         return None
     commands = [_hex(run["command"]) for run in runs if run]
-    made = {
+    made: dict[str, Any] = {
         "vfd_run_register": registers.pop(),
         "vfd_set_register": _hex(speed["register"]),
         "vfd_read_register": _hex(reading["register"]) if reading else _NO_READING,

@@ -157,8 +157,8 @@ class Probe(_Table):
 
 
 class Spindle(_Table):
-    """`type` 0 is the board's own output, others are drives on RS-485: docs/spindles.md. Those of registers and commands
-    are of type 1."""
+    """`type` 0 is the board's own output, others are drives on RS-485 (docs/spindles.md); registers and commands are
+    for type 1."""
 
     type: Annotated[int | None, of("spindle_type")] = None
     max_rpm: Annotated[float | None, of("spindle_max_rpm")] = None
