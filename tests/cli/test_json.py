@@ -45,8 +45,8 @@ WITHOUT = {
 }  # fmt: skip
 
 # words after the command; {grbl} is a controller that homes, {hub} one with a key, {drivers} with drivers, {wmc3} a
-# device, {module} an I/O module, {job} a G-code file, {log} one of an accelerometer, {nvs} an image, {toml} settings of the controller, {out} a
-# name that is free, {fluidnc} a configuration of FluidNC
+# device, {module} an I/O module, {job} a G-code file, {log} one of an accelerometer, {nvs} an image, {toml} settings of
+# the controller, {out} a name that is free, {fluidnc} a configuration of FluidNC
 CASES = {
     "discover": "--json",
     "status": "--to {grbl} --json",

@@ -117,7 +117,7 @@ function DriverRow({ driver, onChange }: { driver: Driver; onChange: () => void 
         <strong>{name}</strong> <span class="small soft hide-narrow">{t`${chip}, place ${place}`}</span>
       </td>
       <td>
-        <span class={`chip ${kind}`}>{words}</span> <span class="mono">{t`${driver.current_ma} mA`}</span>
+        <span class={`chip ${kind}`}>{words}</span> <span class="mono">{t`${driver.current_ma} mA`.replace(" ", "\u00a0")}</span>
       </td>
       <td class="number mono hide-narrow">
         {driver.scale + 1}/{SCALES}
