@@ -236,6 +236,10 @@ struct settings {
     uint8_t fault_invert;
     /** $746 0..2: Fault in a driver with registers: 0 message, 1 feed hold, 2 feed hold, then alarm 54. */
     uint8_t driver_fault;
+    /** $747 0..255: Digital inputs (bit n = Pn of M66) that are a switch of M1: it pauses while one is on. */
+    uint8_t m1_inputs;
+    /** $748 0..255: Of the inputs of $747, those that are low when the switch is on. */
+    uint8_t m1_invert;
 };
 
 /** $N of each setting. A per-axis one is X's, the others follow: SETTING_MAX_RATE_MM_MIN + axis. */
@@ -352,6 +356,8 @@ enum setting_number {
     SETTING_FAULT_INPUTS = 744,
     SETTING_FAULT_INVERT = 745,
     SETTING_DRIVER_FAULT = 746,
+    SETTING_M1_INPUTS = 747,
+    SETTING_M1_INVERT = 748,
 };
 
 /** What follows from a setting: the column `affects`. */
@@ -370,9 +376,9 @@ enum setting_effect {
 };
 
 /** Rows of the table (a per-axis row stands for six settings), and settings in all on six axes. */
-enum { SETTINGS_ROW_COUNT = 112, SETTINGS_COUNT = 192 };
+enum { SETTINGS_ROW_COUNT = 114, SETTINGS_COUNT = 194 };
 
 /** The greatest N of $N. */
-enum { SETTINGS_NUMBER_MAX = 746 };
+enum { SETTINGS_NUMBER_MAX = 748 };
 
 #endif

@@ -196,4 +196,6 @@ const struct nvs_key nvs_keys[SETTINGS_COUNT] = {
     {744, NVS_U8, "fault_in"},
     {745, NVS_U8, "fault_inv"},
     {746, NVS_U8, "drv_fault"},
+    {747, NVS_U8, "m1_in"},
+    {748, NVS_U8, "m1_inv"},
 };
