@@ -181,6 +181,12 @@ def beginning(text: str, most: int = 1000) -> str:
     what=[(1, "~")],
     mode="G64P0.3",
 )
+@example(  # long stops of a laser that follows the speed need many spans, and two must fit
+    path=Path(tuple((n / 100, math.sin(n * math.pi / 6), n / 100) for n in range(7)), 600, 2, (), (10, 900)),
+    machine=Machine(rate_mm_min=(9000.0, 2000.0, 500.0), jerk_mm_s3=5000, shapers=((1, 40, 0.02),)),
+    what=[(1, "!")],
+    mode="G64P0.3",
+)
 def test_holds_and_overrides_at_any_time(path: Path, machine: Machine, what: list[tuple[int, str]], mode: str) -> None:
     host = machine.host()
     host.start(beginning(program(path, mode)))
