@@ -158,6 +158,7 @@ def board_numbers(board: Board) -> dict[str, int]:
         "analog": int(board.has_analog),
         "toolsetter": int(board.input.toolsetter is not None),
         "spindle_bus": int(board.spindle_bus is not None),
+        "dial": board.dial_code,
         **{f"driver_{axis}": code for axis, code in zip("xyzabc", board.driver_codes, strict=True) if code},
         **pump_numbers(board),
     }
