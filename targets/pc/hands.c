@@ -217,6 +217,26 @@ static const char *read_driver(const struct host *host, const struct words *word
     return usage;
 }
 
+static const char *read_dial(const struct host *host, const struct words *words,
+                             struct hands_action *action) {
+    static const char usage[] = "dial DETENTS [A SECOND], such as dial +5";
+    char *end = NULL;
+    (void)host;
+    action->kind = HANDS_DIAL;
+    action->per_s = 20.0f;
+    if (words->count < 2 || words->count > 3)
+        return usage;
+    const double detents = strtod(words->word[1], &end);
+    if (*end != '\0' || !(detents >= -100000.0 && detents <= 100000.0) || detents != (int32_t)detents)
+        return usage;
+    action->steps[0] = (int32_t)detents;
+    if (words->count == 2)
+        return NULL;
+    const double rate = strtod(words->word[2], &end);
+    action->per_s = (float)rate;
+    return *end == '\0' && rate >= 0.01 && rate <= 10000.0 ? NULL : usage;
+}
+
 /* Real-time bytes by name: Grbl 1.1's numbers. @return false: none of them */
 static bool read_realtime(const struct words *words, struct hands_action *action) {
     static const struct {
@@ -252,7 +272,7 @@ const char *hands_read(const struct host *host, const char *line, struct hands_a
                     {"skew", read_skew},     {"analog", read_analog},
                     {"load", read_load},     {"encoder", read_encoder},
                     {"homing", read_travel}, {"toolsetter", read_toolsetter},
-                    {"driver", read_driver}};
+                    {"driver", read_driver}, {"dial", read_dial}};
     struct words words;
     *action = (struct hands_action){0};
     split(&words, line);
@@ -323,6 +343,9 @@ void hands_do(struct host *host, const struct hands_action *action) {
         return;
     case HANDS_DRIVER:
         (void)host_driver_set_faults(host, action->motor, action->faults);
+        return;
+    case HANDS_DIAL:
+        virtual_dial(host, action->steps[0], (double)action->per_s);
         return;
     case HANDS_RAMP:
         virtual_spindle_ramp(host, action->rpm_s);

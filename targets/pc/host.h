@@ -27,6 +27,9 @@ enum host_tasks_of {
     HOST_TASKS_PIC32MZ,
 };
 
+/** Added to the counts a detent of a dial: it has an axis switch. */
+enum { HOST_DIAL_SELECTS = 8 };
+
 /** What a board fixes. */
 struct host_board {
     uint32_t timer_hz;         /* step timer, 1 MHz .. 100 MHz */
@@ -56,6 +59,7 @@ struct host_board {
     uint16_t pump_hz;                                       /* what $73 starts at; 0: no charge pump */
     uint32_t pump_clock_hz, pump_ticks_min, pump_ticks_max; /* of its timer */
     uint32_t driver[MOTOR_COUNT * AXIS_COUNT]; /* with registers: host_drivers_init(); 0: a plain one */
+    uint8_t dial;                              /* counts a detent, and HOST_DIAL_SELECTS; 0: no dial */
 };
 
 /** Pieces of path. */

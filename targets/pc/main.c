@@ -167,6 +167,8 @@ static bool take_board(struct host_board *board, const char *name, const char *v
         board->encoder = strcmp(value, "1") == 0;
         return true;
     }
+    if (strcmp(name, "--dial") == 0)
+        return read_count(value, &board->dial);
     if (strcmp(name, "--axes") != 0 || !read_number(value, &axes) || axes > AXIS_COUNT)
         return false;
     board->axis_count = (uint8_t)axes;

@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from wificnc.board.buses import DriverBus, Drivers, Ethernet, Pendant, Serial, SpindleBus
+from wificnc.board.buses import Dial, DriverBus, Drivers, Ethernet, Pendant, Serial, SpindleBus
 from wificnc.board.chip import Chip, Level, LooseTuple, Pull, Strict
 from wificnc.board.wire import InputWire, OutputWire, Reason, Wire
 from wificnc.checked.problem import KeyPath, key_text
@@ -19,6 +19,7 @@ AXIS_LETTERS = "XYZABC"
 AXES_MAX = len(AXIS_LETTERS)
 MISC_OUT_MAX = 5
 MISC_IN_MAX = 8
+DIAL_FILTER_NS = {"esp32": 12_000}  # the longest of its pulse counter, whose filter has ten bits at 80 MHz
 ENCODER_FILTER_NS = {"esp32": 500}  # a pulse counter at 1 MHz of counts
 
 
@@ -200,6 +201,7 @@ class BoardFile(Strict):
     serial: Serial | None = None
     spindle_bus: SpindleBus | None = None
     pendant: Pendant | None = None
+    dial: Dial | None = None
     driver_bus: DriverBus | None = None
     driver: Drivers = Drivers()
     i2so: ShiftRegisters | None = None
@@ -241,6 +243,7 @@ class Role(Enum):
     I2SO = "shift registers"
     SPINDLE_BUS = "spindle bus"
     PENDANT = "pendant"
+    DIAL = "dial"
     DRIVER_BUS = "driver bus"
 
 
@@ -424,6 +427,16 @@ class Board(BoardFile):
         return codes
 
     @property
+    def dial_code(self) -> int:
+        """host_board.dial of targets/pc/host.h; 0: no dial."""
+        return self.dial.code if self.dial else 0
+
+    @property
+    def dial_filter_ns(self) -> int:
+        """Pulses of the dial that are shorter are ignored; 0: no filter, or no dial."""
+        return DIAL_FILTER_NS.get(self.target, 0) if self.dial else 0
+
+    @property
     def has_analog(self) -> bool:
         """Analog inputs and outputs of M66 .. M68: no chip's firmware has them, the PC's virtual machine has."""
         return self.target == "host"
@@ -463,6 +476,7 @@ _GROUPS = (
     ("i2so", "i2so", Role.I2SO, ("bck", "data", "ws")),
     ("spindle_bus", "bus", Role.SPINDLE_BUS, ("tx", "rx", "de")),
     ("pendant", "pendant", Role.PENDANT, ("tx", "rx")),
+    ("dial", "dial", Role.DIAL, ("a", "b", "x10", "x100")),
     ("driver_bus", "driver", Role.DRIVER_BUS, ("tx", "rx", "mosi", "miso", "sclk", "cs")),
 )
 
@@ -486,6 +500,8 @@ def _uses(board: BoardFile) -> Iterator[Use]:
     for table, prefix, role, keys in _GROUPS:
         for key in keys:
             yield from _use(f"{prefix}_{key}", (table, key), role, getattr(getattr(board, table), key, None))
+    for name, line in (board.dial.axis.named() if board.dial else {}).items():
+        yield from _use(f"dial_axis_{name}", ("dial", "axis", name), Role.DIAL, line)
     for name, driver in board.driver.named().items():
         yield from _use(f"driver_cs_{name}", ("driver", name, "cs"), Role.DRIVER_BUS, driver.cs)
     if board.led:

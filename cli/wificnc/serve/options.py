@@ -160,6 +160,7 @@ def board_numbers(board: Board) -> dict[str, int]:
         "toolsetter": int(board.input.toolsetter is not None),
         "spindle_bus": int(board.spindle_bus is not None),
         **{f"driver_{motor}": code for motor, code in zip(MOTORS, board.driver_codes, strict=True) if code},
+        "dial": board.dial_code,
         **pump_numbers(board),
     }
 
