@@ -202,6 +202,12 @@ struct settings {
     float spindle_on_delay_s;
     /** $395 0..9: Spindle: 0 = the board's outputs; a drive on RS-485: its number in docs/spindles.md. */
     uint8_t spindle_type;
+    /** $400 0..5: Axis that the dial moves, 0 = X, 1 = Y, ..; a board with a switch for it uses that. */
+    uint8_t dial_axis;
+    /** $401 [mm] 0.001..10: Distance of one detent of the dial; its step switch makes it x10, x100. */
+    float dial_step_mm;
+    /** $402 [mm/min] 1..100000: Fastest speed of the dial; what it turns faster is dropped. */
+    float dial_feed_mm_min;
     /** $460 1..247: Modbus address of the drive. */
     uint8_t vfd_address;
     /** $461 [rpm] 1..3600: Speed of the motor in rpm at 1 Hz: 60 for 2 poles, 30 for 4 poles. */
@@ -339,6 +345,9 @@ enum setting_number {
     SETTING_VFD_TIMEOUT_MS = 375,
     SETTING_SPINDLE_ON_DELAY_S = 394,
     SETTING_SPINDLE_TYPE = 395,
+    SETTING_DIAL_AXIS = 400,
+    SETTING_DIAL_STEP_MM = 401,
+    SETTING_DIAL_FEED_MM_MIN = 402,
     SETTING_VFD_ADDRESS = 460,
     SETTING_VFD_RPM_PER_HZ = 461,
     SETTING_VFD_RUN_REGISTER = 462,
@@ -376,7 +385,7 @@ enum setting_effect {
 };
 
 /** Rows of the table (a per-axis row stands for six settings), and settings in all on six axes. */
-enum { SETTINGS_ROW_COUNT = 114, SETTINGS_COUNT = 194 };
+enum { SETTINGS_ROW_COUNT = 117, SETTINGS_COUNT = 197 };
 
 /** The greatest N of $N. */
 enum { SETTINGS_NUMBER_MAX = 748 };

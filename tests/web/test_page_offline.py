@@ -17,6 +17,7 @@ import pytest
 from cryptography import x509
 from cryptography.hazmat.primitives import hashes, serialization
 from cryptography.hazmat.primitives.asymmetric import ec
+from patience import wait_until
 from playwright.sync_api import Browser, BrowserContext, Page, expect
 from web_fixture import CHROMIUM, TIMEOUT_MS, Watched
 from wificnc.serve.page import PageServer
@@ -94,6 +95,15 @@ def opened(context: BrowserContext, url: str) -> Page:
     return page
 
 
+def first_words(context: BrowserContext, url: str) -> str:
+    """Of the page in a window of its own. The last window of a version may be gone a little later than it closes."""
+    page = context.new_page()
+    page.goto(url)
+    words = page.locator("meta[name=description]").get_attribute("content") or ""
+    page.close()
+    return words
+
+
 def is_there(page: Page) -> None:
     expect(page.locator("header.top")).to_be_visible()
 
@@ -130,11 +140,10 @@ def test_a_newer_version_comes_whole_and_with_the_next_start(site: Site, context
     page.reload()
     expect(page.locator("meta[name=description]")).to_have_attribute("content", re.compile("^Install"))
     page.close()
-    page = context.new_page()
-    page.goto(site.url)
-    expect(page.locator("meta[name=description]")).to_have_attribute("content", re.compile("^Newer"))
-    names = page.evaluate("() => caches.keys()")
-    assert len(names) == 1 and names[0].startswith("wificnc-newer-")
+    wait_until(lambda: first_words(context, site.url).startswith("Newer"), "the newer version")
+    page = opened(context, site.url)
+    wait_until(lambda: len(page.evaluate("() => caches.keys()")) == 1, "only its files")
+    assert page.evaluate("() => caches.keys()")[0].startswith("wificnc-newer-")
 
 
 def test_firmware_next_to_it_is_never_an_old_one(site: Site, context: BrowserContext) -> None:
