@@ -47,7 +47,9 @@ static struct {
 
 esp_err_t uart_driver_install(uart_port_t port, int rx_size, int tx_size, int queue_size,
                               QueueHandle_t *queue, int flags) {
-    (void)port, (void)tx_size, (void)flags;
+    (void)port, (void)flags;
+    if (rx_size <= FIFO || (tx_size > 0 && tx_size <= FIFO)) /* as ESP-IDF's */
+        return ESP_FAIL;
     uart.ring_size = (unsigned)rx_size;
     uart.event_room = (unsigned)queue_size;
     if (queue != NULL)

@@ -150,7 +150,7 @@ static struct net_stream stream_of(struct uart_line *line) {
 
 bool serial_stream_uart(struct net_stream *stream) {
     static const struct uart_sizes sizes = {
-        .baud = SERIAL_BAUD, .rx = UART_RX_SIZE, .tx = SERIAL_TX_SIZE, .events = UART_EVENTS};
+        .baud = SERIAL_BAUD, .rx = UART_RX_BYTES, .tx = SERIAL_TX_SIZE, .events = UART_EVENTS};
     static struct uart_line uart0 = {.port = UART_NUM_0};
     if (!start_uart(&uart0, &sizes))
         return false;

@@ -12,7 +12,7 @@
 enum { SERIAL_BAUD = 115200, SERIAL_RX_SIZE = 2048, SERIAL_TX_SIZE = 4096 };
 
 /** UART0 has no flow control, and no one reads while flash is erased: 400 ms at most for a sector, 4.6 KB. */
-enum { UART_RX_SIZE = 6144 };
+enum { UART_RX_BYTES = 6144 };
 
 /** @param[out] stream  of UART0 @return false: the driver did not start */
 bool serial_stream_uart(struct net_stream *stream);
