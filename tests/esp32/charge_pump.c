@@ -4,6 +4,8 @@
 #include "check.h"
 #include "pin_config.h"
 
+#include "freertos/FreeRTOS.h"
+
 #include "driver/ledc.h"
 #include "esp_freertos_hooks.h"
 #include "esp_rom_gpio.h"

@@ -1,5 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * ESP-IDF's LED PWM and hooks, for programs that set a servo or a charge pump up and do not look at it. */
+#include "freertos/FreeRTOS.h"
+
 #include "driver/ledc.h"
 #include "esp_freertos_hooks.h"
 

@@ -3,11 +3,12 @@
 
 #include "pin_config.h"
 
+#include "freertos/FreeRTOS.h" /* before esp_freertos_hooks.h, which does not compile without it */
+
 #include "driver/ledc.h"
 #include "esp_attr.h"
 #include "esp_freertos_hooks.h"
 #include "esp_rom_gpio.h"
-#include "freertos/FreeRTOS.h"
 #include "soc/gpio_sig_map.h"
 
 /* Clock of the timers, its divider's fraction, and levels of the PWM: a wave is as many ticks of
@@ -71,9 +72,17 @@ bool charge_pump_init(const struct output_wire *wire) {
     return esp_register_freertos_tick_hook_for_cpu(watch, 0) == ESP_OK;
 }
 
+/* ESP-IDF calls it deprecated, but its other functions take whole hertz, and waves lie between them. */
+static void set_divider(uint32_t ticks) {
+#pragma GCC diagnostic push
+#pragma GCC diagnostic ignored "-Wdeprecated-declarations"
+    (void)ledc_timer_set(MODE, TIMER, ticks, LEVELS_BITS, LEDC_APB_CLK);
+#pragma GCC diagnostic pop
+}
+
 void charge_pump_set(uint32_t ticks) {
     if (ticks > 0)
-        (void)ledc_timer_set(MODE, TIMER, ticks, LEVELS_BITS, LEDC_APB_CLK);
+        set_divider(ticks);
     __atomic_store_n(&pump.on, ticks > 0, __ATOMIC_RELEASE);
 }
 

@@ -5,6 +5,10 @@
 
 #include "esp_err.h"
 
+#ifndef INC_FREERTOS_H
+#error "ESP-IDF's includes freertos/portmacro.h, which does not compile before freertos/FreeRTOS.h"
+#endif
+
 typedef void (*esp_freertos_tick_cb_t)(void);
 
 esp_err_t esp_register_freertos_tick_hook_for_cpu(esp_freertos_tick_cb_t hook, unsigned cpu);

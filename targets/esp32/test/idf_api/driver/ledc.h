@@ -37,8 +37,8 @@ typedef struct {
     } flags;
 } ledc_channel_config_t;
 
-esp_err_t ledc_timer_set(ledc_mode_t mode, ledc_timer_t timer, uint32_t divider, uint32_t bits,
-                         ledc_clk_src_t source);
+__attribute__((deprecated)) esp_err_t ledc_timer_set(ledc_mode_t mode, ledc_timer_t timer, uint32_t divider,
+                                                     uint32_t bits, ledc_clk_src_t source);
 esp_err_t ledc_timer_config(const ledc_timer_config_t *config);
 esp_err_t ledc_channel_config(const ledc_channel_config_t *config);
 esp_err_t ledc_set_duty(ledc_mode_t mode, ledc_channel_t channel, uint32_t duty);

@@ -2,6 +2,7 @@
  * What we use of ESP-IDF 5.5's freertos/FreeRTOS.h, declared again: enough to compile against, checked
  * against the real one by tools/xtensa with IDF_PATH set. */
 #pragma once
+#define INC_FREERTOS_H
 
 #include "sdkconfig.h"
 

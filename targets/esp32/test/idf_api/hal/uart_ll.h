@@ -15,4 +15,8 @@ extern uart_dev_t UART0;
 
 #define UART_LL_GET_HW(number) ((void)(number), &UART0)
 
+/* Of soc/uart_reg.h, which comes with it: fields of a register, and no names for anything of ours. */
+#define UART_RX_SIZE 0x0000000F
+#define UART_TX_SIZE 0x0000000F
+
 uint32_t uart_ll_get_rxfifo_len(uart_dev_t *hw);
