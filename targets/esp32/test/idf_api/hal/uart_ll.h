@@ -5,9 +5,6 @@
 
 #include <stdint.h>
 
-/* Of soc/uart_reg.h, which the real one includes: a name of ours must not be one of them. */
-#define UART_RX_SIZE 0x0000000F
-
 typedef enum { UART_INTR_FRAM_ERR = 1 << 3 } uart_intr_t;
 
 typedef struct uart_dev_t uart_dev_t;
