@@ -10,6 +10,7 @@ import pytest
 from file_scheduling import FileScheduling
 from hypothesis import settings
 from made_key import use_made_key
+from sample import sampled
 from skips import closing_lines, complaint, is_forbidden
 from xdist.remote import Producer
 
@@ -54,8 +55,17 @@ def _rank(item: pytest.Item) -> int:
     return LONGEST_FIRST.index(folder[0]) if folder and folder[0] in LONGEST_FIRST else len(LONGEST_FIRST)
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--cases", type=int, default=0, metavar="N", help="of each test at most N cases; 0: all")
+
+
+@pytest.hookimpl(trylast=True)  # of those that -m and -k leave
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
     items.sort(key=_rank)  # stable: the order within a folder stays
+    if most := config.getoption("--cases"):
+        kept = sampled([item.nodeid for item in items], most)
+        config.hook.pytest_deselected(items=[item for item in items if item.nodeid not in kept])
+        items[:] = [item for item in items if item.nodeid in kept]
 
 
 @pytest.hookimpl(optionalhook=True)

@@ -19,11 +19,12 @@ OLDEST_PYTHON = (3, 10)
 COMPILERS = ("cc", "gcc", "clang")
 RUN_EXTRAS, DEV_EXTRAS = "plot", "plot,esp,dev"
 RUN_STAMP, DEV_STAMP = ".ready", ".ready-dev"
+CASES = 4  # of each quick test; those of a test that is asked for by its name run all
 CHOSEN = {"test": "not slow and not deep", "test-all": "not deep", "test-deep": "deep"}
 COMMANDS = {
     "demo": "run a real job through the real core and draw it",
-    "test": "the quick tests; more words go to pytest",
-    "test-all": "the slow tests too, as CI runs them; more words go to pytest",
+    "test": "the quick tests, of each a few cases; more words go to pytest, and all cases run",
+    "test-all": "all cases and the slow tests, as CI runs them; more words go to pytest",
     "test-deep": "what test-all leaves out, as it runs each night; more words go to pytest",
     "lint": "formats, types, static analysis, house rules: all, or those named",
     "setup": "only set up .venv; --dev: with the tools",
@@ -51,10 +52,11 @@ def main(words: list[str]) -> int:
         return run([python, "-m", "wificnc", "demo", *rest])
     if code := run([python, "-m", "wificnc", "build", "host"]):
         return code
+    chosen = ["-m", CHOSEN[asked.command]]
     if not rest:
         compile_tests(python)
-    chosen = CHOSEN[asked.command]
-    return run([python, "-m", "pytest", "-n", "auto", "--no-loadscope-reorder", "-m", chosen, *rest])
+        chosen += [f"--cases={CASES}"] if asked.command == "test" else []
+    return run([python, "-m", "pytest", "-n", "auto", "--no-loadscope-reorder", *chosen, *rest])
 
 
 def run(command: list[str | Path], folder: Path = ROOT) -> int:

@@ -1,5 +1,6 @@
 import { defineConfig } from "vitest/config";
 import { catalogues } from "./build/catalogue.ts";
+import { offline } from "./build/offline.ts";
 import { sizes } from "./build/sizes.ts";
 
 // Paths are relative: the page works from any folder of any web host, and from the controller.
@@ -14,7 +15,7 @@ export default defineConfig({
     manifest: "files.json", // which file loads which, for firmware that carries the page
   },
   worker: { format: "es" },
-  plugins: [catalogues(), sizes()],
+  plugins: [catalogues(), offline(), sizes()],
   server: { fs: { allow: [".."] } },
   test: { include: ["test/**/*.test.ts"], testTimeout: 300_000 }, // only a hang takes this long, at any load
 });

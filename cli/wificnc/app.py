@@ -25,6 +25,7 @@ GROUPS: dict[str, dict[str, tuple[str, str]]] = {
         "jog": ("jog", "Jog the machine."),
         "probe": ("probe", "Move until the probe touches."),
         "settings": ("settings", "Read, change, export, import and compare settings."),
+        "drivers": ("drivers", "Show the motor drivers with registers, and change their settings."),
         "tune": ("tune", "Choose an input shaper against the vibration of the frame."),
         "monitor": ("monitor", "Open a terminal to a controller."),
         "serve": ("serve", "Run a simulated controller in real time, for any Grbl sender."),

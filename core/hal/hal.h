@@ -160,6 +160,23 @@ struct hal_encoder {
     void (*read)(struct hal *hal, struct hal_encoder_state *out);
 };
 
+/** What a dial (hand wheel) says, all of one moment. */
+struct hal_dial_state {
+    int32_t counts;   /* edges of its lines A and B since power-on, signed: up while A is before B; wraps */
+    uint32_t slips;   /* signals that no wheel makes, as far as the hardware can tell; wraps */
+    axis_mask_t axes; /* of its axis switch: lines that are on */
+    bool x10, x100;   /* of its step switch */
+};
+
+/** A dial. A machine without it has none of this. */
+struct hal_dial {
+    uint8_t counts_per_detent; /* 1, 2 or 4 */
+    bool selects_axis;         /* it has an axis switch; without one $400 says which axis */
+    /** [task] At every machine_poll(); 10 us at most. The target counts the edges in hardware or in an
+     * interrupt. */
+    void (*read)(struct hal *hal, struct hal_dial_state *out);
+};
+
 /** Axes with two motors, one at each side of a gantry. Both make every step of their axis; the target's step
  * masks see to that, and the step ISR knows nothing of it. Homing lets one of them wait, so that each finds
  * its own switch. A machine without such axes and without a driver to spare has none of this. */

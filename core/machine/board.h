@@ -6,6 +6,7 @@
 #include "config.h"
 #include "hal/hal.h"
 
+struct machine_dial;
 struct machine_drivers;
 struct machine_vfd;
 
@@ -46,6 +47,8 @@ struct machine_board {
     const struct hal_bus *bus;       /* NULL: none for a spindle drive */
     struct machine_vfd *vfd;         /* of the target, zeroed, where there is a bus: machine/vfd_spindle.h */
     struct machine_drivers *drivers; /* of the target, NULL: none has registers; machine/motor_drivers.h */
+    const struct hal_dial *dial;     /* NULL: no hand wheel */
+    struct machine_dial *dial_state; /* of the target, zeroed, where there is a dial: machine/dial.h */
     const struct hal_pump *pump;     /* NULL: no charge pump */
     const struct hal_encoder *encoder; /* NULL: none of the spindle */
     const struct hal_ganged *ganged;   /* NULL: every axis has one motor */

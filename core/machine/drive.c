@@ -106,6 +106,11 @@ void drive_drop(struct machine *machine) {
     drive_stand_at(machine, position);
 }
 
+void drive_lengthen(struct machine *machine) {
+    if (machine->drive.motion.ahead.owner == AHEAD_HOST)
+        ahead_change(&machine->drive.motion.ahead);
+}
+
 bool drive_rest_reached(struct machine *machine) {
     if (machine->park.open) /* the plan is the job's, and held */
         return host_queue_is_empty(&machine->host.queue) && machine_is_standing(machine);

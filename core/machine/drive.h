@@ -43,6 +43,9 @@ void drive_shift(struct machine *machine, const int32_t steps[AXIS_COUNT]);
 /** Motion is at rest: discard what was planned and continue from the steps that have left the pins. */
 void drive_drop(struct machine *machine);
 
+/** What moves by the queue of network hosts has got more: the stop that is planned is not the end. */
+void drive_lengthen(struct machine *machine);
+
 /** At rest; if not, nothing more is waited for, so that it comes to rest. */
 bool drive_rest_reached(struct machine *machine);
 

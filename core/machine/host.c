@@ -184,6 +184,7 @@ static bool queue_on(struct machine *machine) {
     struct host_queue *queue = &machine->host.queue;
     /* In every other state a host's motion is held, so `!`, the door and buttons act on it as on a job. */
     bool goes = machine->life.state == MACHINE_IDLE || machine->life.state == MACHINE_RUN ||
+                (machine->life.state == MACHINE_JOG && !machine->suspend.cancels) || /* of the dial */
                 (machine->life.state == MACHINE_HOLD && machine->park.open && !machine->park.stops) ||
                 suspend_retracts(machine);
     const enum task_stage stage = machine->task.stage;

@@ -4,6 +4,7 @@
 
 #include "machine/answer.h"
 #include "machine/drive.h"
+#include "machine/host_motion.h"
 #include "machine/notes.h"
 #include "machine/overrides.h"
 #include "machine/park.h"
@@ -11,6 +12,8 @@
 #include "machine/place.h"
 #include "machine/reach.h"
 #include "machine/state.h"
+
+#include <string.h> // memcpy, memcmp
 
 enum status jog_begin(struct machine *machine, const char *text) {
     struct gcode_command *command = &machine->task.command;
@@ -35,6 +38,20 @@ enum status jog_begin(struct machine *machine, const char *text) {
     overrides_apply(machine);
     task_enter(&machine->task, TASK_JOG);
     return STATUS_OK;
+}
+
+bool jog_aim(struct machine *machine, const double target_mm[AXIS_COUNT], float feed) {
+    struct gcode_move *move = &machine->task.command.move;
+    const double *from_mm = machine->interp.gcode.position_mm;
+    *move = (struct gcode_move){.motion = MOTION_LINEAR, .feed_mm_s = feed};
+    memcpy(move->target_mm, target_mm, sizeof move->target_mm);
+    if (machine->settings.jog_clamp)
+        reach_shorten(machine, from_mm, move->target_mm);
+    if (reach_move(machine, move) != STATUS_OK)
+        return false;
+    const bool inside = machine->park.open ? park_check_jog(machine, move) == STATUS_OK
+                                           : reach_in_travel(machine, move->target_mm);
+    return inside && memcmp(move->target_mm, from_mm, sizeof move->target_mm) != 0;
 }
 
 enum task_stage jog_poll(struct machine *machine) {
@@ -66,6 +83,7 @@ void jog_cancel(struct machine *machine) {
 
 void jog_end_cancel(struct machine *machine) {
     suspend_cancel(&machine->suspend, false);
+    host_stop_self(machine); /* the dial's */
     /* What is left of the cancelled jogs is given up; the planner continues from where the axes are. */
     drive_drop(machine);
     state_go(machine, EVENT_REST); /* a door that cancelled it stays open */

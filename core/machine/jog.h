@@ -9,6 +9,10 @@
 /** $J= with this text. @return STATUS_OK: it is a task now */
 enum status jog_begin(struct machine *machine, const char *text);
 
+/** A jog of no line: a straight move to there, or with $56 to where the travel ends, in
+ * machine->task.command. @param feed  mm/s @return false: it may not, or it leads nowhere */
+bool jog_aim(struct machine *machine, const double target_mm[AXIS_COUNT], float feed);
+
 /** @return TASK_NONE when it is planned */
 enum task_stage jog_poll(struct machine *machine);
 

@@ -4,6 +4,7 @@
 
 #include "machine/auto_report.h"
 #include "machine/configure.h"
+#include "machine/dial.h"
 #include "machine/drive.h"
 #include "machine/driver_watch.h"
 #include "machine/faults.h"
@@ -68,6 +69,7 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
     wiring_fit(machine);
     state_begin(machine, machine->settings.homing || stored_is_damaged(machine));
     inputs_begin(machine);
+    dial_begin(machine);
     faults_begin(machine);
     configure_pwm(machine);
     outputs_off(machine);
@@ -93,6 +95,9 @@ uint32_t machine_event_us(const struct machine *machine) {
     uint32_t vfd = vfd_spindle_event_us(machine);
     uint32_t faults = faults_wait_us(machine);
     uint32_t drivers = motor_drivers_event_us(machine);
+    uint32_t dial = dial_wait_us(machine);
+    if (dial < least)
+        least = dial;
     if (drivers < least)
         least = drivers;
     if (faults < least)
@@ -132,10 +137,13 @@ bool machine_poll_motion(struct machine *machine) {
     return any;
 }
 
-/* Underruns, not more often than once in LATE_QUIET_US. */
+/* Underruns, not more often than once in LATE_QUIET_US. What the dial moves grows while its end is published:
+ * that it has begun to brake for that end is none. */
 static void tell_late(struct machine *machine) {
     machine->drive.late_quiet.on =
         timer_runs(machine, &machine->drive.late_quiet); /* before the clock wraps */
+    if (dial_moves(machine))
+        machine->drive.late_told = machine->drive.motion.ahead.late;
     if (machine->drive.late_told == machine->drive.motion.ahead.late || machine->drive.late_quiet.on)
         return;
     machine->drive.late_told = machine->drive.motion.ahead.late;
@@ -151,6 +159,7 @@ static void tell_late(struct machine *machine) {
  * talked to before the first look at the quiet time, because it must be commanded to stop in it. */
 bool machine_poll(struct machine *machine) {
     bool any = ahead_take_answer(&machine->drive.motion.ahead);
+    dial_read(machine);
     any |= guard_poll(machine);
     any |= vfd_spindle_poll(machine);
     any |= motor_drivers_talk(machine);
@@ -171,6 +180,7 @@ bool machine_poll(struct machine *machine) {
     any |= sender_lost_poll(machine);
     spindle_sync_watch(machine);
     any |= lines_poll(machine);
+    any |= dial_poll(machine);
     outputs_poll(machine);
     any |= vfd_watch_poll(machine);
     any |= driver_watch_poll(machine);

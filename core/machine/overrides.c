@@ -28,6 +28,15 @@ bool overrides_take(struct machine_overrides *overrides, int byte) {
     return true;
 }
 
+static bool is_on(const struct machine *machine, uint8_t levels) {
+    const unsigned wired = (1u << machine->board.digital_inputs) - 1u;
+    return ((levels ^ machine->settings.m1_invert) & machine->settings.m1_inputs & wired) != 0;
+}
+
+void overrides_see_switch(struct machine *machine, uint8_t before) {
+    machine->overrides.switched = is_on(machine, before) || is_on(machine, machine->inputs.digital);
+}
+
 uint8_t overrides_feed_pct(const struct machine *machine) {
     return (machine->interp.gcode.modal.overrides & OVERRIDE_FEED) != 0 ? machine->overrides.feed_pct : 100;
 }

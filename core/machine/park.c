@@ -3,6 +3,7 @@
 #include "machine/park.h"
 
 #include "machine/answer.h"
+#include "machine/dial.h"
 #include "machine/drive.h"
 #include "machine/host_motion.h"
 #include "machine/parts.h"
@@ -128,6 +129,7 @@ void park_drop(struct machine *machine) {
 
 void park_stop(struct machine *machine) {
     struct machine_park *park = &machine->park;
+    dial_stop(machine);
     park->resume_asked = false;
     park->stops = park->open;
     tool_change_stop(&machine->tool_change);
@@ -211,6 +213,7 @@ void park_take_back(struct machine *machine, const double shift_mm[AXIS_COUNT]) 
 
 void park_forget(struct machine *machine) {
     static const double nowhere[AXIS_COUNT] = {0};
+    dial_stop(machine);
     if (machine->park.open) {
         if (machine->lines.open)
             answer_line(machine, STATUS_LOCKED);

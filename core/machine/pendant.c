@@ -8,7 +8,8 @@
 /* The operator's lines are answered before those of the job: one of these that is not makes others wait. */
 static enum machine_reads reads_parked(const struct machine *machine) {
     const uint8_t *bytes;
-    if (rx_aside(&machine->lines.rx) != RX_ASIDE_OPEN || machine->park.stops)
+    const bool held = machine->life.state == MACHINE_HOLD; /* behind a door nothing is read, nor later */
+    if (!held || rx_aside(&machine->lines.rx) != RX_ASIDE_OPEN || machine->park.stops)
         return MACHINE_READS_NOTHING;
     const bool waits = machine_has_line(machine) || rx_peek_aside(&machine->lines.rx, &bytes) > 0;
     return waits ? MACHINE_READS_SOON : MACHINE_READS_OPERATORS;

@@ -3,6 +3,7 @@
  * they are seen from motion and inputs when a report asks. */
 #include "machine/state.h"
 
+#include "machine/dial.h"
 #include "machine/drive.h"
 #include "machine/inputs.h"
 #include "machine/overrides.h"
@@ -78,11 +79,15 @@ bool state_go(struct machine *machine, enum machine_event event) {
 
 /* In addition to the state: no line is read between the cancel of a jog and its rest, nor while a reset by a
  * command is due, nor while motion is a remote host's or on its way to it or back. */
-bool state_reads(const struct machine *machine) {
+bool state_takes_input(const struct machine *machine) {
     if (machine->park.open)
         return machine->life.state == MACHINE_HOLD && !machine->park.stops;
     return traits[machine->life.state].reads && !machine->suspend.cancels && !machine->life.reset_asked &&
            !machine->host.owns && machine->host.job.step == HOST_JOB_NONE;
+}
+
+bool state_reads(const struct machine *machine) {
+    return state_takes_input(machine) && !dial_moves(machine);
 }
 
 bool state_works(const struct machine *machine) {

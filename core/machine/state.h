@@ -52,7 +52,10 @@ bool state_go(struct machine *machine, enum machine_event event);
 /** Work has begun, or all of it is done. @return true when the state changed */
 bool state_update(struct machine *machine);
 
-/** Lines are read in this state. */
+/** Clients or the dial may begin something in this state. */
+bool state_takes_input(const struct machine *machine);
+
+/** ... and lines are read: they wait while the dial moves an axis. */
 bool state_reads(const struct machine *machine);
 
 /** Tasks continue in this state. */

@@ -70,7 +70,7 @@ static void report_pins(const struct machine *machine) {
         *at++ = 'M';
     if (inputs.start)
         *at++ = 'S';
-    if (machine->overrides.optional_stop)
+    if (overrides_pause(&machine->overrides))
         *at++ = 'T';
     *at = '\0';
     if (at == pins)

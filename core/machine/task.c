@@ -250,7 +250,7 @@ static enum task_stage end_flow(struct machine *machine) {
         return await_outputs(machine, &before, TASK_NONE);
     }
     const bool passes =
-        machine->task.command.flow == FLOW_OPTIONAL_PAUSE && !machine->overrides.optional_stop;
+        machine->task.command.flow == FLOW_OPTIONAL_PAUSE && !overrides_pause(&machine->overrides);
     if (passes || machine->life.state == MACHINE_CHECK)
         return TASK_NONE;
     state_go(machine, EVENT_START);

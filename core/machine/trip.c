@@ -2,6 +2,7 @@
  * Motion stops within its limits, and an alarm follows. */
 #include "machine/trip.h"
 
+#include "machine/dial.h"
 #include "machine/drive.h"
 #include "machine/jog.h"
 #include "machine/parts.h"
@@ -18,6 +19,7 @@ bool trip_may(const struct machine *machine) {
 
 void trip_hold(struct machine *machine) {
     const enum machine_state state = machine->life.state;
+    dial_stop(machine); /* also while it brakes to turn back */
     if (state == MACHINE_RUN || state == MACHINE_IDLE)
         suspend_force_hold(machine);
     else if (state == MACHINE_JOG && !machine->suspend.cancels)

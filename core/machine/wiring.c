@@ -86,6 +86,7 @@ enum status wiring_check(const struct machine *machine, uint16_t number, double 
     case SETTING_TORQUE_MASK:
         return value < (double)(1u << board->digital_outputs) ? STATUS_OK : STATUS_NO_OUTPUT;
     case SETTING_FAULT_INPUTS:
+    case SETTING_M1_INPUTS:
         return value < (double)(1u << board->digital_inputs) ? STATUS_OK : STATUS_NO_PORT;
     case SETTING_SERVO_AXIS:
         return has(machine, BOARD_OUTPUT_SERVO) ? STATUS_OK : STATUS_NO_OUTPUT;

@@ -94,8 +94,9 @@ float ramp_choose(const struct ramp_way *way, ramp_state state, float v, float t
     if (may(way, state, v, greatest, time_s))
         return greatest;
     if (!may(way, state, v, least, time_s)) {
-        *late = !(is_far(way) && state <= -way->mean_s);
-        return *late ? least : -way->accel;
+        bool hard = is_far(way) && state <= -way->mean_s;
+        *late = !hard || v * v > ramp_plan_y(way, 0.0f) * (1.0f + ROUNDING); /* after a limit was lowered */
+        return hard ? -way->accel : least;
     }
     for (int i = 0; i < HALVINGS; i++) {
         float middle = 0.5f * (least + greatest);

@@ -43,7 +43,7 @@ ramp_state ramp_after(const struct ramp_way *way, ramp_state state, float accel,
 float ramp_time_s(const struct ramp_way *way, ramp_state state, float time_s);
 
 /** The greatest acceleration for the next time_s after which the plan can still be met.
- *  @param v  present speed @param *late  becomes whether there is none, and none that brakes harder now */
+ *  @param v  present speed @param *late  becomes whether there is none, nor time to brake harder */
 float ramp_choose(const struct ramp_way *way, ramp_state state, float v, float time_s, bool *late);
 
 /** The one that leads to a stop soonest. */

@@ -344,6 +344,7 @@ static bool publish(struct ahead *ahead, bool fits) {
     ahead->commit = batch->commit;
     ahead->end_us = batch->at_us;
     ahead->ends = fits && batch->stage == AHEAD_ENDS;
+    ahead->queue->tail = batch->stage == AHEAD_STOPS ? ahead->queue->count - batch->commit_count : 0;
     batch->stage = AHEAD_NO_BATCH;
     if (!fits) {
         withdraw(ahead, QUEUE_LARGE);

@@ -42,7 +42,8 @@ struct segment_queue {
     uint32_t answered;        /* the same; written by the motion side */
     enum queue_answer answer; /* of the newest one */
     uint32_t now_us; /* motion time at the end of the segment being stepped; written by the motion side */
-    uint32_t count;  /* segments of the batch */
+    uint32_t count;  /* segments of the batch ... */
+    uint32_t tail;   /* ... of which so many, its last ones, happen only if a task is late */
     uint32_t from;   /* place of the mark after which it continues */
     struct segment slots[SEGMENT_QUEUE_SIZE];
     uint32_t power_count; /* in use of: */

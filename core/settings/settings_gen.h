@@ -202,6 +202,12 @@ struct settings {
     float spindle_on_delay_s;
     /** $395 0..9: Spindle: 0 = the board's outputs; a drive on RS-485: its number in docs/spindles.md. */
     uint8_t spindle_type;
+    /** $400 0..5: Axis that the dial moves, 0 = X, 1 = Y, ..; a board with a switch for it uses that. */
+    uint8_t dial_axis;
+    /** $401 [mm] 0.001..10: Distance of one detent of the dial; its step switch makes it x10, x100. */
+    float dial_step_mm;
+    /** $402 [mm/min] 1..100000: Fastest speed of the dial; what it turns faster is dropped. */
+    float dial_feed_mm_min;
     /** $460 1..247: Modbus address of the drive. */
     uint8_t vfd_address;
     /** $461 [rpm] 1..3600: Speed of the motor in rpm at 1 Hz: 60 for 2 poles, 30 for 4 poles. */
@@ -236,6 +242,10 @@ struct settings {
     uint8_t fault_invert;
     /** $746 0..2: Fault in a driver with registers: 0 message, 1 feed hold, 2 feed hold, then alarm 54. */
     uint8_t driver_fault;
+    /** $747 0..255: Digital inputs (bit n = Pn of M66) that are a switch of M1: it pauses while one is on. */
+    uint8_t m1_inputs;
+    /** $748 0..255: Of the inputs of $747, those that are low when the switch is on. */
+    uint8_t m1_invert;
 };
 
 /** $N of each setting. A per-axis one is X's, the others follow: SETTING_MAX_RATE_MM_MIN + axis. */
@@ -335,6 +345,9 @@ enum setting_number {
     SETTING_VFD_TIMEOUT_MS = 375,
     SETTING_SPINDLE_ON_DELAY_S = 394,
     SETTING_SPINDLE_TYPE = 395,
+    SETTING_DIAL_AXIS = 400,
+    SETTING_DIAL_STEP_MM = 401,
+    SETTING_DIAL_FEED_MM_MIN = 402,
     SETTING_VFD_ADDRESS = 460,
     SETTING_VFD_RPM_PER_HZ = 461,
     SETTING_VFD_RUN_REGISTER = 462,
@@ -352,6 +365,8 @@ enum setting_number {
     SETTING_FAULT_INPUTS = 744,
     SETTING_FAULT_INVERT = 745,
     SETTING_DRIVER_FAULT = 746,
+    SETTING_M1_INPUTS = 747,
+    SETTING_M1_INVERT = 748,
 };
 
 /** What follows from a setting: the column `affects`. */
@@ -370,9 +385,9 @@ enum setting_effect {
 };
 
 /** Rows of the table (a per-axis row stands for six settings), and settings in all on six axes. */
-enum { SETTINGS_ROW_COUNT = 112, SETTINGS_COUNT = 192 };
+enum { SETTINGS_ROW_COUNT = 117, SETTINGS_COUNT = 197 };
 
 /** The greatest N of $N. */
-enum { SETTINGS_NUMBER_MAX = 746 };
+enum { SETTINGS_NUMBER_MAX = 748 };
 
 #endif

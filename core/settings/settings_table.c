@@ -104,6 +104,9 @@ const struct setting_row setting_rows[SETTINGS_ROW_COUNT] = {
     {375, FIELD(vfd_timeout_ms), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 50, 250, 50, 0x008},
     {394, FIELD(spindle_on_delay_s), SETTING_TYPE_FLOAT, 1, 1, STATUS_BAD_NUMBER, 0, 60, 0, 0x004},
     {395, FIELD(spindle_type), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 0, 9, 0, 0x00C},
+    {400, FIELD(dial_axis), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 0, 5, 0, 0x004},
+    {401, FIELD(dial_step_mm), SETTING_TYPE_FLOAT, 1, 3, STATUS_BAD_NUMBER, 0.001F, 10, 0.01F, 0x004},
+    {402, FIELD(dial_feed_mm_min), SETTING_TYPE_FLOAT, 1, 3, STATUS_BAD_NUMBER, 1, 100000, 1000, 0x004},
     {460, FIELD(vfd_address), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 1, 247, 1, 0x008},
     {461, FIELD(vfd_rpm_per_hz), SETTING_TYPE_U16, 1, 0, STATUS_BAD_NUMBER, 1, 3600, 60, 0x008},
     {462, FIELD(vfd_run_register), SETTING_TYPE_U16, 1, 0, STATUS_BAD_NUMBER, 0, 65535, 8192, 0x008},
@@ -121,4 +124,6 @@ const struct setting_row setting_rows[SETTINGS_ROW_COUNT] = {
     {744, FIELD(fault_inputs), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 0, 255, 0, 0x010},
     {745, FIELD(fault_invert), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 0, 255, 0, 0x010},
     {746, FIELD(driver_fault), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 0, 2, 2, 0x400},
+    {747, FIELD(m1_inputs), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 0, 255, 0, 0x004},
+    {748, FIELD(m1_invert), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 0, 255, 0, 0x004},
 };

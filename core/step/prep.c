@@ -33,6 +33,7 @@
  * the pool must hold two of them. */
 #define DUTY_PART    0.05f
 #define DUTY_LEAST_S 0.0005f
+#define DUTY_COARSE  4u /* so many times a part, in a stop for a late task */
 
 /* Segments and spans, together, that one call cuts: the watchdog and the inputs are looked at in between. */
 #define CUT_AT_ONCE 11u
@@ -240,8 +241,9 @@ static void set_duty(struct prep *prep, const uint16_t duty[2]) {
     if (from == to || prep->events == 0)
         return;
     float time_s = (float)(prep->carry.duration_q16 >> 16) / (float)prep->timing.timer_hz;
+    const uint32_t coarse = prep->cut + prep->in->tail >= prep->in->count ? DUTY_COARSE : 1u;
     float parts = fabsf(to - from) / (DUTY_PART * max_f(from, to));
-    parts = max_f(min_f(parts, time_s / DUTY_LEAST_S), 1.0f);
+    parts = max_f(min_f(parts, time_s / DUTY_LEAST_S) / (float)coarse, 1.0f);
     float v_sq = prep->v * prep->v, way = prep->v_sq_slope * (float)prep->events;
     prep->dv_most = fabsf(sqrtf(max_f(v_sq + way, 0.0f)) - prep->v) / parts;
 }

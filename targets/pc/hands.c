@@ -183,6 +183,60 @@ static const char *read_analog(const struct host *host, const struct words *word
     return NULL;
 }
 
+static const char *read_driver(const struct host *host, const struct words *words,
+                               struct hands_action *action) {
+    static const struct {
+        const char *name;
+        unsigned faults;
+    } faults[] = {{"ok", 0},
+                  {"supply", VIRTUAL_TMC_NO_SUPPLY},
+                  {"wire", VIRTUAL_TMC_UNWIRED},
+                  {"noise", VIRTUAL_TMC_NOISE},
+                  {"hot", VIRTUAL_TMC_HOT},
+                  {"shut-down", VIRTUAL_TMC_SHUT_DOWN},
+                  {"short", VIRTUAL_TMC_SHORT},
+                  {"open", VIRTUAL_TMC_OPEN},
+                  {"undervoltage", VIRTUAL_TMC_UNDERVOLTAGE}};
+    static const char usage[] =
+        "driver MOTOR ok|supply|wire|noise|hot|shut-down|short|open|undervoltage, MOTOR x, y2 ..";
+    const char *motor = words->count == 3 ? words->word[1] : "";
+    const char *name = motor[0] != '\0' ? strchr(axis_names, motor[0]) : NULL;
+    const bool second = name != NULL && is(motor + 1, "2");
+    if (name == NULL || (motor[1] != '\0' && !second))
+        return usage;
+    action->kind = HANDS_DRIVER;
+    action->motor = (unsigned)(name - axis_names) + (second ? (unsigned)AXIS_COUNT : 0u);
+    if (!host_has_driver(host, action->motor))
+        return "this motor has no driver with registers";
+    for (size_t i = 0; i < sizeof faults / sizeof faults[0]; i++) {
+        if (!is(words->word[2], faults[i].name))
+            continue;
+        action->faults = faults[i].faults;
+        return NULL;
+    }
+    return usage;
+}
+
+static const char *read_dial(const struct host *host, const struct words *words,
+                             struct hands_action *action) {
+    static const char usage[] = "dial DETENTS [A SECOND], such as dial +5";
+    char *end = NULL;
+    (void)host;
+    action->kind = HANDS_DIAL;
+    action->per_s = 20.0f;
+    if (words->count < 2 || words->count > 3)
+        return usage;
+    const double detents = strtod(words->word[1], &end);
+    if (*end != '\0' || !(detents >= -100000.0 && detents <= 100000.0) || detents != (int32_t)detents)
+        return usage;
+    action->steps[0] = (int32_t)detents;
+    if (words->count == 2)
+        return NULL;
+    const double rate = strtod(words->word[2], &end);
+    action->per_s = (float)rate;
+    return *end == '\0' && rate >= 0.01 && rate <= 10000.0 ? NULL : usage;
+}
+
 /* Real-time bytes by name: Grbl 1.1's numbers. @return false: none of them */
 static bool read_realtime(const struct words *words, struct hands_action *action) {
     static const struct {
@@ -217,7 +271,8 @@ const char *hands_read(const struct host *host, const char *line, struct hands_a
                     {"place", read_place},   {"ramp", read_ramp},
                     {"skew", read_skew},     {"analog", read_analog},
                     {"load", read_load},     {"encoder", read_encoder},
-                    {"homing", read_travel}, {"toolsetter", read_toolsetter}};
+                    {"homing", read_travel}, {"toolsetter", read_toolsetter},
+                    {"driver", read_driver}, {"dial", read_dial}};
     struct words words;
     *action = (struct hands_action){0};
     split(&words, line);
@@ -285,6 +340,12 @@ void hands_do(struct host *host, const struct hands_action *action) {
         return;
     case HANDS_ENCODER:
         virtual_spindle_encoder(host, action->counts);
+        return;
+    case HANDS_DRIVER:
+        (void)host_driver_set_faults(host, action->motor, action->faults);
+        return;
+    case HANDS_DIAL:
+        virtual_dial(host, action->steps[0], (double)action->per_s);
         return;
     case HANDS_RAMP:
         virtual_spindle_ramp(host, action->rpm_s);

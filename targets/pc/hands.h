@@ -3,7 +3,7 @@
  * `wificnc sim --at` speak this one vocabulary.
  *
  *   INPUT on|off          door, estop, hold, start, reset, probe, toolsetter, limit-x, limit-max-y, home-x,
- *                         input-0 (M66) ...;
+ *                         input-0 (M66), dial-x, dial-x10 (switches of the dial) ...;
  *                         also "limit x on", "input 0 on"
  *   INPUT                 hold, start, reset: pressed and let go; the others: on
  *   REALTIME              feed-hold, resume, soft-reset, safety-door, jog-cancel, spindle-stop, flood, mist;
@@ -18,6 +18,9 @@
  *   ramp RPM              spindle's change of speed in a second; 0: immediately
  *   load PERCENT          the work brakes the spindle by so much; negative: it turns faster
  *   encoder COUNTS        of the spindle's encoder in a revolution
+ *   driver MOTOR FAULT    what is wrong with a driver with registers, x .. c2: supply, wire, noise, hot,
+ *                         shut-down, short, open, undervoltage; ok: nothing
+ *   dial DETENTS [RATE]   the dial is turned, so many detents a second (20)
  *
  * hands_read() only reads: a line that is wrong changes nothing. One thread, as the host. */
 #ifndef WIFICNC_PC_HANDS_H
@@ -48,6 +51,8 @@ enum hands_kind {
     HANDS_LOAD,
     HANDS_ENCODER,
     HANDS_ANALOG,
+    HANDS_DRIVER,
+    HANDS_DIAL,
 };
 
 /** One thing to do. */
@@ -63,7 +68,9 @@ struct hands_action {
     float rpm_s;               /* HANDS_RAMP */
     unsigned analog;           /* HANDS_ANALOG: which input */
     float percent;             /* HANDS_ANALOG, HANDS_LOAD */
+    float per_s;               /* HANDS_DIAL: detents; how many is steps[0] */
     uint32_t counts;           /* HANDS_ENCODER */
+    unsigned motor, faults;    /* HANDS_DRIVER: host_driver_set_faults() */
 };
 
 /** Understand a line; millimetres become steps by the controller's present $100.. .

@@ -96,8 +96,8 @@ struct host *host_open(const struct host_board *board, const char *store_path) {
 
 static bool has_drivers(const struct host_board *board) {
     bool any = false;
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        any |= board->driver[ax] != 0;
+    for (unsigned motor = 0; motor < MOTOR_COUNT * AXIS_COUNT; motor++)
+        any |= board->driver[motor] != 0;
     return any;
 }
 
@@ -132,6 +132,8 @@ struct host *host_open_stored(const struct host_board *board, const struct hal_s
         .bus = board->spindle_bus != 0 ? &host_bus : NULL,
         .vfd = board->spindle_bus != 0 ? &host->vfd : NULL,
         .drivers = has_drivers(board) ? &host->drivers : NULL,
+        .dial = board->dial != 0 ? &host->hal.dial : NULL,
+        .dial_state = board->dial != 0 ? &host->dial : NULL,
         .analog = board->analog != 0 ? &host_analog : NULL,
         .ganged = &host->hal.ganged,
         .store = store,
@@ -141,11 +143,8 @@ struct host *host_open_stored(const struct host_board *board, const struct hal_s
     host_drivers_init(host, board->driver);
     host->input_follows = 1;
     host->hal.ganged = host_ganged(board);
-    host->hal.pump = (struct hal_pump){.default_hz = board->pump_hz,
-                                       .clock_hz = board->pump_clock_hz,
-                                       .ticks_min = board->pump_ticks_min,
-                                       .ticks_max = board->pump_ticks_max,
-                                       .set = host_pump_set};
+    host->hal.dial = host_dial(board->dial);
+    host->hal.pump = host_pump(board);
     host->hal.switchless = board->switchless;
     host->hal.virtual_machine.ganged = board->ganged;
     host->hal.settings = &host->machine.settings;

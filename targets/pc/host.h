@@ -10,6 +10,7 @@
 
 #include "base/axis.h"
 #include "device/device.h"
+#include "machine/motors.h"
 #include "machine/pendant.h"
 #include "trace.h"
 
@@ -25,6 +26,9 @@ enum host_tasks_of {
     HOST_TASKS_ESP32,
     HOST_TASKS_PIC32MZ,
 };
+
+/** Added to the counts a detent of a dial: it has an axis switch. */
+enum { HOST_DIAL_SELECTS = 8 };
 
 /** What a board fixes. */
 struct host_board {
@@ -54,7 +58,8 @@ struct host_board {
     const struct device_board *device;                      /* is copied; NULL: no pins */
     uint16_t pump_hz;                                       /* what $73 starts at; 0: no charge pump */
     uint32_t pump_clock_hz, pump_ticks_min, pump_ticks_max; /* of its timer */
-    uint32_t driver[AXIS_COUNT]; /* with registers: host_drivers_init(); 0: a plain one */
+    uint32_t driver[MOTOR_COUNT * AXIS_COUNT]; /* with registers: host_drivers_init(); 0: a plain one */
+    uint8_t dial;                              /* counts a detent, and HOST_DIAL_SELECTS; 0: no dial */
 };
 
 /** Pieces of path. */

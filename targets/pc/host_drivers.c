@@ -10,37 +10,48 @@ enum { BAUD = 115200, BITS = 10, SPI_HZ = 1000000, ANSWER_BITS = 24 };
 
 /* ---- for tests ---- */
 
-static struct virtual_tmc *chip_of(struct hal *hal, unsigned axis) {
+static unsigned motor_of(const struct driver_wire *wire) {
+    return wire->axis + (unsigned)AXIS_COUNT * wire->motor;
+}
+
+static struct virtual_tmc *chip_of(struct hal *hal, unsigned motor) {
     for (unsigned n = 0; n < hal->drivers.count; n++)
-        if (hal->drivers.wire[n].axis == axis)
+        if (motor_of(&hal->drivers.wire[n]) == motor)
             return &hal->drivers.chip[n];
     return NULL;
 }
 
-bool host_driver_set_faults(struct host *host, unsigned axis, unsigned faults) {
-    struct virtual_tmc *chip = chip_of(&host->hal, axis);
+bool host_driver_set_faults(struct host *host, unsigned motor, unsigned faults) {
+    struct virtual_tmc *chip = chip_of(&host->hal, motor);
     if (chip != NULL)
         virtual_tmc_set_faults(chip, faults);
     return chip != NULL;
 }
 
-bool host_driver_reset(struct host *host, unsigned axis) {
-    struct virtual_tmc *chip = chip_of(&host->hal, axis);
+bool host_has_driver(const struct host *host, unsigned motor) {
+    bool has = false;
+    for (unsigned n = 0; n < host->hal.drivers.count; n++)
+        has |= motor_of(&host->hal.drivers.wire[n]) == motor;
+    return has;
+}
+
+bool host_driver_reset(struct host *host, unsigned motor) {
+    struct virtual_tmc *chip = chip_of(&host->hal, motor);
     if (chip != NULL)
         virtual_tmc_reset(chip);
     return chip != NULL;
 }
 
-bool host_driver_set_address(struct host *host, unsigned axis, unsigned address) {
-    struct virtual_tmc *chip = chip_of(&host->hal, axis);
+bool host_driver_set_address(struct host *host, unsigned motor, unsigned address) {
+    struct virtual_tmc *chip = chip_of(&host->hal, motor);
     if (chip != NULL)
         chip->address = (uint8_t)address;
     return chip != NULL;
 }
 
-uint32_t host_driver_register(const struct host *host, unsigned axis, unsigned reg) {
+uint32_t host_driver_register(const struct host *host, unsigned motor, unsigned reg) {
     for (unsigned n = 0; n < host->hal.drivers.count; n++)
-        if (host->hal.drivers.wire[n].axis == axis)
+        if (motor_of(&host->hal.drivers.wire[n]) == motor)
             return host->hal.drivers.chip[n].registers[reg & 127u];
     return 0;
 }
@@ -119,46 +130,53 @@ uint64_t host_drivers_next_ticks(const struct hal *hal) {
 }
 
 void host_drivers_step(struct hal *hal, uint8_t step_mask, uint8_t dir_mask, uint64_t t_ticks) {
-    for (unsigned n = 0; n < hal->drivers.count; n++)
-        if ((step_mask >> hal->drivers.wire[n].axis & 1u) != 0)
-            virtual_tmc_step(&hal->drivers.chip[n], t_ticks,
-                             (dir_mask >> hal->drivers.wire[n].axis & 1u) != 0);
+    const axis_mask_t waits[MOTOR_COUNT] = {hal->virtual_machine.first_waits,
+                                            hal->virtual_machine.second_waits};
+    for (unsigned n = 0; n < hal->drivers.count; n++) {
+        const struct driver_wire *wire = &hal->drivers.wire[n];
+        if ((step_mask >> wire->axis & 1u) != 0 && (waits[wire->motor] >> wire->axis & 1u) == 0)
+            virtual_tmc_step(&hal->drivers.chip[n], t_ticks, (dir_mask >> wire->axis & 1u) != 0);
+    }
 }
 
 /* A motor that leaves its end again is not stopped by it. */
-static bool pushes(const struct virtual_machine *machine, const struct virtual_tmc *chip, unsigned axis) {
-    const int32_t at = machine->position[axis];
+static bool pushes(const struct virtual_machine *machine, const struct virtual_tmc *chip,
+                   const struct driver_wire *wire) {
+    const unsigned axis = wire->axis;
+    const int32_t at = wire->motor != 0 ? machine->second[axis] : machine->position[axis];
     return chip->backwards ? at <= machine->low[axis] + 1 : at >= machine->high[axis] - 1;
 }
 
-axis_mask_t host_drivers_blind(const struct hal *hal) {
-    unsigned blind = 0;
+void host_drivers_blind(const struct hal *hal, axis_mask_t blind[MOTOR_COUNT]) {
+    memset(blind, 0, MOTOR_COUNT * sizeof blind[0]);
     for (unsigned n = 0; n < hal->drivers.count; n++) {
         const struct driver_wire *wire = &hal->drivers.wire[n];
         if (wire->diag && hal->settings->driver_stall[wire->axis] != 0 &&
-            !(pushes(&hal->virtual_machine, &hal->drivers.chip[n], wire->axis) &&
+            !(pushes(&hal->virtual_machine, &hal->drivers.chip[n], wire) &&
               virtual_tmc_sees_stall(&hal->drivers.chip[n], hal->timer_hz)))
-            blind |= 1u << wire->axis;
+            blind[wire->motor] |= (axis_mask_t)(1u << wire->axis);
     }
-    return (axis_mask_t)blind;
 }
 
-void host_drivers_init(struct host *host, const uint32_t driver[AXIS_COUNT]) {
+void host_drivers_init(struct host *host, const uint32_t driver[MOTOR_COUNT * AXIS_COUNT]) {
     static const struct hal_driver_bus bus = {.send = send_bytes, .receive = receive_bytes};
     struct host_drivers *drivers = &host->hal.drivers;
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        const uint32_t code = driver[ax];
+    for (unsigned motor = 0; motor < MOTOR_COUNT * AXIS_COUNT && drivers->count < DRIVER_COUNT_MAX; motor++) {
+        const uint32_t code = driver[motor];
+        const uint32_t sense_mohm = code >> 17;
         const struct tmc_chip *kind = tmc_chip(code & 15u);
         if (kind == NULL)
             continue;
         struct driver_wire *wire = &drivers->wire[drivers->count];
-        *wire = (struct driver_wire){.kind = (uint8_t)(code & 15u),
-                                     .axis = (uint8_t)ax,
-                                     .address = (uint8_t)(code >> 4 & 15u),
-                                     .select = (uint8_t)(code >> 8 & 15u),
-                                     .chain = (uint8_t)(code >> 12 & 15u),
-                                     .sense_mohm = kind->sense_mohm,
-                                     .diag = (code >> 16 & 1u) != 0};
+        *wire =
+            (struct driver_wire){.kind = (uint8_t)(code & 15u),
+                                 .axis = (uint8_t)(motor % AXIS_COUNT),
+                                 .motor = (uint8_t)(motor / AXIS_COUNT),
+                                 .address = (uint8_t)(code >> 4 & 15u),
+                                 .select = (uint8_t)(code >> 8 & 15u),
+                                 .chain = (uint8_t)(code >> 12 & 15u),
+                                 .sense_mohm = (uint16_t)(sense_mohm != 0 ? sense_mohm : kind->sense_mohm),
+                                 .diag = (code >> 16 & 1u) != 0};
         struct virtual_tmc *chip = &drivers->chip[drivers->count++];
         *chip = (struct virtual_tmc){.kind = wire->kind, .address = wire->address, .select = wire->select};
         virtual_tmc_reset(chip);

@@ -76,8 +76,16 @@ static void servo_set(struct hal *hal, uint16_t pulse_us) {
 
 const struct hal_servo host_servo = {.set = servo_set};
 
-void host_pump_set(struct hal *hal, uint32_t ticks) {
+static void pump_set(struct hal *hal, uint32_t ticks) {
     hal->virtual_machine.outputs.pump_ticks = ticks;
+}
+
+struct hal_pump host_pump(const struct host_board *board) {
+    return (struct hal_pump){.default_hz = board->pump_hz,
+                             .clock_hz = board->pump_clock_hz,
+                             .ticks_min = board->pump_ticks_min,
+                             .ticks_max = board->pump_ticks_max,
+                             .set = pump_set};
 }
 
 static void analog_set(struct hal *hal, unsigned output, float percent) {
@@ -134,7 +142,7 @@ bool host_follow_edges(struct host *host) {
     for (; host->seen != host->hal.step.write; host->seen++) {
         if (host->hal.drivers.count > 0) {
             host_drivers_step(&host->hal, host->seen->step_mask, host->seen->dir_mask, host->seen->t_ticks);
-            machine->blind = host_drivers_blind(&host->hal);
+            host_drivers_blind(&host->hal, machine->blind);
         }
         changed |= machine->follows && virtual_step(machine, host->seen->step_mask, host->seen->dir_mask);
     }
@@ -228,6 +236,38 @@ void virtual_toolsetter(struct host *host, const int32_t at_steps[AXIS_COUNT], i
     memcpy(machine->setter, at_steps, sizeof machine->setter);
     machine->setter_radius = radius_steps;
     update(host);
+}
+
+void virtual_dial(struct host *host, int32_t detents, double detents_s) {
+    struct virtual_machine *machine = follow(host);
+    const int32_t each = host->hal.dial.counts_per_detent > 0 ? host->hal.dial.counts_per_detent : 4;
+    if (machine->dial_left == 0)
+        machine->dial_ticks = host->hal.step.now_ticks;
+    machine->dial_left += each * detents;
+    machine->dial_each_ticks = (uint64_t)((double)host->hal.timer_hz / (each * detents_s));
+}
+
+void virtual_dial_slip(struct host *host) {
+    follow(host)->forced ^= (uint64_t)1 << VIRTUAL_DIAL_A | (uint64_t)1 << VIRTUAL_DIAL_B;
+    update(host);
+}
+
+/* cppcheck-suppress constParameterCallback ; the type of read() is fixed */
+static void read_dial(struct hal *hal, struct hal_dial_state *out) {
+    const struct virtual_machine *machine = &hal->virtual_machine;
+    *out = (struct hal_dial_state){
+        .counts = machine->dial.counts,
+        .slips = machine->dial.slips,
+        .axes = (axis_mask_t)(machine->levels >> VIRTUAL_DIAL_AXIS & ((1u << AXIS_COUNT) - 1)),
+        .x10 = (machine->levels >> VIRTUAL_DIAL_X10 & 1) != 0,
+        .x100 = (machine->levels >> VIRTUAL_DIAL_X100 & 1) != 0,
+    };
+}
+
+struct hal_dial host_dial(unsigned code) {
+    return (struct hal_dial){.counts_per_detent = (uint8_t)(code & 7),
+                             .selects_axis = (code & HOST_DIAL_SELECTS) != 0,
+                             .read = read_dial};
 }
 
 void virtual_place(struct host *host, const int32_t steps[AXIS_COUNT]) {

@@ -8,6 +8,7 @@
 #include "host.h"
 #include "host_bus.h"
 #include "host_drivers.h"
+#include "machine/dial.h"
 #include "machine/motor_drivers.h"
 #include "machine/parts.h"
 #include "machine/vfd_spindle.h"
@@ -29,6 +30,7 @@ struct hal {
         outputs_due_ticks; /* 0: the pins follow immediately; when they follow next */
     struct hal_ganged ganged;
     struct hal_pump pump;
+    struct hal_dial dial;
     struct host_bus bus;
     struct host_drivers drivers;
     uint16_t switchless;             /* as in struct host_board */
@@ -52,6 +54,7 @@ struct host {
     struct hal hal;
     struct machine_vfd vfd;
     struct machine_drivers drivers;
+    struct machine_dial dial;
     struct trace trace;
     struct tasks tasks;
     char waiting[WAITING_SIZE]; /* bytes that arrived while the reader was stalled */
@@ -82,8 +85,11 @@ extern const struct hal_analog host_analog;
 /** The encoder of its spindle. */
 extern const struct hal_encoder host_encoder;
 
+/** The dial that struct host_board describes. */
+struct hal_dial host_dial(unsigned code);
+
 /** Its charge pump. */
-void host_pump_set(struct hal *hal, uint32_t ticks);
+struct hal_pump host_pump(const struct host_board *board);
 
 /** Its servo output. */
 extern const struct hal_servo host_servo;

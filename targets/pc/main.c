@@ -103,10 +103,12 @@ static bool take_parts(struct host_board *board, const char *name, const char *v
     }
     if (strcmp(name, "--spindle-bus") == 0)
         return read_count(value, &board->spindle_bus);
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        const char driver[] = {'-', '-', 'd', 'r', 'i', 'v', 'e', 'r', '-', "xyzabc"[ax], '\0'};
+    for (unsigned motor = 0; motor < MOTOR_COUNT * AXIS_COUNT; motor++) {
+        char driver[] = "--driver-x2";
+        driver[sizeof driver - 3] = "xyzabc"[motor % AXIS_COUNT];
+        driver[sizeof driver - 2] = motor < AXIS_COUNT ? '\0' : '2';
         if (strcmp(name, driver) == 0)
-            return read_number(value, &board->driver[ax]);
+            return read_number(value, &board->driver[motor]);
     }
     if (strcmp(name, "--pump-hz") == 0)
         return read_short(value, &board->pump_hz);
@@ -165,6 +167,8 @@ static bool take_board(struct host_board *board, const char *name, const char *v
         board->encoder = strcmp(value, "1") == 0;
         return true;
     }
+    if (strcmp(name, "--dial") == 0)
+        return read_count(value, &board->dial);
     if (strcmp(name, "--axes") != 0 || !read_number(value, &axes) || axes > AXIS_COUNT)
         return false;
     board->axis_count = (uint8_t)axes;

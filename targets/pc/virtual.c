@@ -19,10 +19,11 @@ static void axes_of(const struct virtual_machine *machine, const int32_t motors[
 }
 
 /* Limits and home switches that are hit where a motor of each axis is: as those of the first motors. */
-static uint64_t switches_at(const struct virtual_machine *machine, const int32_t at[AXIS_COUNT]) {
+static uint64_t switches_at(const struct virtual_machine *machine, const int32_t at[AXIS_COUNT],
+                            axis_mask_t blind) {
     uint64_t hit = 0;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        if ((machine->blind >> ax & 1) != 0)
+        if ((blind >> ax & 1) != 0)
             continue;
         if ((machine->has_low >> ax & 1) != 0 && at[ax] <= machine->low[ax])
             hit |= BIT(VIRTUAL_LIMIT_MIN + ax);
@@ -39,7 +40,7 @@ static uint64_t of_second_motors(const struct virtual_machine *machine) {
     static const uint8_t lines[][2] = {{VIRTUAL_LIMIT_MIN, VIRTUAL_SECOND_MIN},
                                        {VIRTUAL_LIMIT_MAX, VIRTUAL_SECOND_MAX},
                                        {VIRTUAL_HOME, VIRTUAL_SECOND_HOME}};
-    uint64_t hit = switches_at(machine, machine->second), levels = 0;
+    uint64_t hit = switches_at(machine, machine->second, machine->blind[1]), levels = 0;
     for (unsigned i = 0; i < sizeof lines / sizeof lines[0]; i++)
         levels |= (hit >> lines[i][0] & machine->ganged) << lines[i][1];
     return levels;
@@ -58,7 +59,7 @@ bool virtual_update(struct virtual_machine *machine) {
     uint64_t levels = machine->forced;
     int32_t at[AXIS_COUNT];
     axes_of(machine, machine->position, at);
-    levels |= switches_at(machine, at);
+    levels |= switches_at(machine, at, machine->blind[0]);
     if (machine->ganged != 0)
         levels |= of_second_motors(machine);
     if (machine->has_surface && machine->position[AXIS_Z] <= machine->surface)
@@ -67,6 +68,8 @@ bool virtual_update(struct virtual_machine *machine) {
         levels |= BIT(VIRTUAL_TOOLSETTER);
     bool changed = levels != machine->levels;
     machine->levels = levels;
+    quadrature_take(&machine->dial, (unsigned)(levels >> VIRTUAL_DIAL_A & 1),
+                    (unsigned)(levels >> VIRTUAL_DIAL_B & 1));
     return changed;
 }
 
@@ -79,7 +82,20 @@ bool virtual_step(struct virtual_machine *machine, uint8_t step_mask, uint8_t di
     return virtual_update(machine);
 }
 
+/* The line that changes next when the wheel turns: A at 0 and 2 forwards, B backwards. */
+static bool turn_dial(struct virtual_machine *machine, uint64_t now_ticks) {
+    if (machine->dial_left == 0 || machine->dial_ticks > now_ticks)
+        return false;
+    const bool forwards = machine->dial_left > 0, even = machine->dial.phase % 2 == 0;
+    machine->forced ^= BIT(forwards == even ? VIRTUAL_DIAL_A : VIRTUAL_DIAL_B);
+    machine->dial_left -= forwards ? 1 : -1;
+    machine->dial_ticks += machine->dial_each_ticks;
+    return virtual_update(machine);
+}
+
 bool virtual_events(struct virtual_machine *machine, uint64_t now_ticks) {
+    if (turn_dial(machine, now_ticks))
+        return true;
     while (machine->event_count > 0 && machine->events[machine->event_count - 1].t_ticks <= now_ticks) {
         const struct virtual_event *event = &machine->events[--machine->event_count];
         uint64_t bit = BIT(event->input);
@@ -91,7 +107,10 @@ bool virtual_events(struct virtual_machine *machine, uint64_t now_ticks) {
 }
 
 uint64_t virtual_next_ticks(const struct virtual_machine *machine) {
-    return machine->event_count > 0 ? machine->events[machine->event_count - 1].t_ticks : UINT64_MAX;
+    const uint64_t dial = machine->dial_left != 0 ? machine->dial_ticks : UINT64_MAX;
+    const uint64_t event =
+        machine->event_count > 0 ? machine->events[machine->event_count - 1].t_ticks : UINT64_MAX;
+    return dial < event ? dial : event;
 }
 
 void virtual_read(const struct virtual_machine *machine, struct hal_inputs *inputs) {
@@ -133,6 +152,13 @@ int virtual_input_number(const char *name) {
     static const char *const others[] = {"probe", "door", "estop", "hold", "start", "reset"};
     static const char axes[] = "xyzabc";
     static const struct {
+        const char *name;
+        int input;
+    } dials[] = {{"dial-line-a", VIRTUAL_DIAL_A},
+                 {"dial-line-b", VIRTUAL_DIAL_B},
+                 {"dial-x10", VIRTUAL_DIAL_X10},
+                 {"dial-x100", VIRTUAL_DIAL_X100}};
+    static const struct {
         const char *prefix;
         int first;
     } limits[] = {{"limit-min-", VIRTUAL_LIMIT_MIN},
@@ -141,12 +167,16 @@ int virtual_input_number(const char *name) {
                   {"second-min-", VIRTUAL_SECOND_MIN},
                   {"second-max-", VIRTUAL_SECOND_MAX},
                   {"second-home-", VIRTUAL_SECOND_HOME},
-                  {"home-", VIRTUAL_HOME}};
+                  {"home-", VIRTUAL_HOME},
+                  {"dial-", VIRTUAL_DIAL_AXIS}};
     for (int i = 0; i < (int)(sizeof others / sizeof others[0]); i++)
         if (strcmp(name, others[i]) == 0)
             return VIRTUAL_PROBE + i;
     if (strcmp(name, "toolsetter") == 0)
         return VIRTUAL_TOOLSETTER;
+    for (int i = 0; i < (int)(sizeof dials / sizeof dials[0]); i++)
+        if (strcmp(name, dials[i].name) == 0)
+            return dials[i].input;
     if (strncmp(name, "input-", 6) == 0 && name[6] >= '0' && name[6] < '0' + DIGITAL_INPUT_COUNT &&
         name[7] == '\0')
         return VIRTUAL_DIGITAL + (name[6] - '0');

@@ -14,6 +14,7 @@
 #define WIFICNC_PC_VIRTUAL_H
 
 #include "base/axis.h"
+#include "base/quadrature.h"
 #include "gcode/gcode.h"
 #include "virtual_spindle.h"
 
@@ -41,6 +42,11 @@ enum virtual_input {
     VIRTUAL_HOME = VIRTUAL_DIGITAL + DIGITAL_INPUT_COUNT,
     VIRTUAL_SECOND_HOME = VIRTUAL_HOME + AXIS_COUNT,
     VIRTUAL_TOOLSETTER = VIRTUAL_SECOND_HOME + AXIS_COUNT,
+    VIRTUAL_DIAL_A, /* the dial's two lines ... */
+    VIRTUAL_DIAL_B,
+    VIRTUAL_DIAL_AXIS,                                 /* ... and its switches: X .. C ... */
+    VIRTUAL_DIAL_X10 = VIRTUAL_DIAL_AXIS + AXIS_COUNT, /* ... and the distance of a detent */
+    VIRTUAL_DIAL_X100,
     VIRTUAL_INPUT_COUNT
 };
 
@@ -83,12 +89,16 @@ struct virtual_machine {
     int32_t setter[AXIS_COUNT]; /* the tool setter: middle, and its top */
     int32_t setter_radius;      /* 0: none is there */
     bool core_xy;               /* X and Y switches are those of X = (A + B) / 2 and Y = (A - B) / 2 */
-    axis_mask_t blind;          /* axes without switches whose driver does not see their end now */
-    bool follows;               /* the true position matters: every step edge is looked at */
+    axis_mask_t blind[2]; /* axes without switches whose driver does not see their end now: first motors,
+                           * second ones */
+    bool follows;         /* the true position matters: every step edge is looked at */
     struct virtual_event events[VIRTUAL_EVENTS_MAX]; /* sorted by time, the next one last */
     uint32_t event_count;
     struct virtual_outputs outputs;
     float analog_pct[ANALOG_COUNT]; /* analog inputs */
+    struct quadrature dial;         /* as hardware counts its lines: at every edge */
+    int32_t dial_left;              /* edges that a hand still turns, signed; at even times: */
+    uint64_t dial_ticks, dial_each_ticks;
     struct virtual_spindle spindle;
     bool driven; /* a drive on the bus turns the spindle, not the pins */
     int drive_direction;
@@ -96,7 +106,8 @@ struct virtual_machine {
 };
 
 /** Number of an input by name: "limit-min-x" .. "limit-max-c", "limit-x" (= min), "second-min-x" .., "home-x"
- * .., "second-home-x" .., "probe", "door", "estop", "hold", "start", "reset", "toolsetter", "input-0" ..
+ * .., "second-home-x" .., "probe", "door", "estop", "hold", "start", "reset", "toolsetter", "input-0" ..,
+ * "dial-line-a", "dial-line-b", "dial-x" .. "dial-c" (its axis switch), "dial-x10", "dial-x100".
  * @return -1: there is none of that name. */
 int virtual_input_number(const char *name);
 
@@ -126,6 +137,13 @@ void virtual_no_surface(struct host *host);
 /** A tool setter: it is touched while Z <= at_steps[AXIS_Z], and neither X nor Y is farther than this from
  * its middle; true steps. @param radius_steps  0: it is not there (power-on state) */
 void virtual_toolsetter(struct host *host, const int32_t at_steps[AXIS_COUNT], int32_t radius_steps);
+
+/** A hand turns the dial by so many detents, its edges at even times; after what is under way.
+ * @param detents_s  > 0, also of what is under way */
+void virtual_dial(struct host *host, int32_t detents, double detents_s);
+
+/** [tests] Noise: both lines of the dial change in one moment. */
+void virtual_dial_slip(struct host *host);
 
 /** Puts the machine here, as if pushed by hand; power-on is 0 everywhere. */
 void virtual_place(struct host *host, const int32_t steps[AXIS_COUNT]);

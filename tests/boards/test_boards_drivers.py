@@ -54,13 +54,73 @@ def test_what_cannot_be_is_refused_with_the_reason(tmp_path: Path, board: str, o
     [
         (
             UART,
-            "X(1, 0, 1, 0, 1, 220, 0) X(1, 1, 3, 0, 1, 220, 0) X(1, 2, 0, 0, 1, 220, 0) X(1, 3, 2, 0, 1, 220, 0)",
+            "X(1, 0, 0, 1, 0, 1, 220, 0) X(1, 1, 0, 3, 0, 1, 220, 0) X(1, 2, 0, 0, 0, 1, 220, 0) "
+            "X(1, 3, 0, 2, 0, 1, 220, 0)",
             1,
         ),
-        (SPI, "X(2, 0, 0, 0, 4, 50, 0) X(2, 1, 1, 0, 4, 50, 0) X(2, 2, 2, 0, 4, 50, 0) X(2, 3, 3, 0, 4, 50, 0)", 2),
+        (
+            SPI,
+            "X(2, 0, 0, 0, 0, 4, 50, 0) X(2, 1, 0, 1, 0, 4, 50, 0) X(2, 2, 0, 2, 0, 4, 50, 0) "
+            "X(2, 3, 0, 3, 0, 4, 50, 0)",
+            2,
+        ),
     ],
 )
-def test_the_firmware_gets_kind_axis_place_select_chain_and_resistor(board: str, rows: str, number: int) -> None:
+def test_the_firmware_gets_kind_axis_motor_place_select_chain_and_resistor(board: str, rows: str, number: int) -> None:
     words = " ".join(pin_header_text(load_board(board)).split())
     assert f"#define BOARD_DRIVER_ROWS(X) {rows}" in words
     assert f"#define BOARD_DRIVER_BUS {number}" in words
+
+
+GANTRY = (("[axis.a]", "[axis.y.second]"), ("[driver.a]", "[driver.y2]"))
+
+
+def edited(tmp_path: Path, board: str, *edits: tuple[str, str]) -> Path:
+    text = (BOARDS / f"{board}.toml").read_text(encoding="utf-8")
+    for old, new in edits:
+        assert old in text
+        text = text.replace(old, new, 1)
+    path = tmp_path / "gantry.toml"
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize(("board", "row"), [(UART, "X(1, 1, 1, 2, 0, 1, 220, 0)"), (SPI, "X(2, 1, 1, 3, 0, 4, 50, 0)")])
+def test_the_second_motor_of_an_axis_has_a_driver_of_its_own(tmp_path: Path, board: str, row: str) -> None:
+    path = edited(tmp_path, board, *GANTRY)
+    assert check_board(path) == []
+    words = " ".join(pin_header_text(load_board(path)).split())
+    assert words.partition("#define BOARD_DRIVER_ROWS(X) ")[2].partition("#define")[0].strip().endswith(row)
+
+
+def test_a_driver_of_a_second_motor_that_is_missing_is_refused(tmp_path: Path) -> None:
+    path = edited(tmp_path, UART, ("[driver.a]", "[driver.y2]"))
+    said = "\n".join(str(problem) for problem in check_board(path))
+    assert "the board has no second motor of y" in said
+    assert "add [axis.y.second], or leave this out" in said
+
+
+def test_a_second_motor_by_spi_has_a_select_line(tmp_path: Path) -> None:
+    pins = (17, 16, 21, 25)
+    selects = [(f"place = {n}", f'cs = {{ pin = "GPIO{pin}", active = "low" }}') for n, pin in enumerate(pins)]
+    free = [(line, "") for line in ('spindle_pwm = "GPIO25"', 'coolant_mist = "GPIO21"', 'estop = "GPIO16"')]
+    path = edited(tmp_path, SPI, ('cs = { pin = "GPIO17", active = "low" }\n', ""), *free, *GANTRY, *selects)
+    assert check_board(path) == []
+    words = " ".join(pin_header_text(load_board(path)).split())
+    assert "#define PIN_DRIVER_CS_Y2 25" in words
+    assert "X(2, 1, 1, 0, 3, 1, 50, 0)" in words, "the fourth select line"
+
+
+@pytest.mark.parametrize("table", ["[driver_bus]", "[driver.x]"])
+def test_an_output_of_a_shift_register_selects_no_driver(tmp_path: Path, table: str) -> None:
+    """The registers are clocked for steps, the SPI controller switches its select lines itself, with each transfer."""
+    text = (BOARDS / "six-pack.toml").read_text(encoding="utf-8")
+    bus = '[driver_bus]\nspi = "SPI3"\nmosi = "GPIO23"\nmiso = "GPIO19"\nsclk = "GPIO18"\n'
+    cs = 'cs = { pin = "I2SO.23", active = "low" }\n'
+    driver = '[driver.x]\nkind = "tmc2130"\n'
+    text += f"\n{bus}{cs}{driver}place = 0\n" if table == "[driver_bus]" else f"\n{bus}{driver}{cs}"
+    path = tmp_path / "shifted.toml"
+    path.write_text(text, encoding="utf-8")
+    said = "\n".join(str(problem) for problem in check_board(path))
+    assert "I2SO.23 changes with a word of the step engine only" in said
+    assert "needs a pin of the chip" in said

@@ -79,7 +79,7 @@ def test_header_compiles_and_says_what_the_board_says(board_id: str, tmp_path: P
     buses = {
         use.signal
         for use in board.uses()
-        if use.signal.startswith(("eth_", "serial_", "i2so_", "bus_", "pendant_", "driver_"))
+        if use.signal.startswith(("eth_", "serial_", "i2so_", "bus_", "pendant_", "dial_", "driver_"))
     }
     assert set(seen) == set(numbers) - buses
     for use in board.uses():

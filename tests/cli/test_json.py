@@ -44,9 +44,9 @@ WITHOUT = {
                     NOTHING_TO_REPORT),
 }  # fmt: skip
 
-# words after the command; {grbl} is a controller that homes, {hub} one with a key, {wmc3} a device, {module} an I/O
-# module, {job} a G-code file, {log} one of an accelerometer, {nvs} an image, {toml} settings of the controller, {out} a
-# name that is free, {fluidnc} a configuration of FluidNC
+# words after the command; {grbl} is a controller that homes, {hub} one with a key, {drivers} with drivers, {wmc3} a
+# device, {module} an I/O module, {job} a G-code file, {log} one of an accelerometer, {nvs} an image, {toml} settings of
+# the controller, {out} a name that is free, {fluidnc} a configuration of FluidNC
 CASES = {
     "discover": "--json",
     "status": "--to {grbl} --json",
@@ -60,6 +60,7 @@ CASES = {
     "settings export": "--to {grbl} --json",
     "settings import": "{toml} --to {grbl} --yes --json",
     "settings diff": "{toml} {toml} --json",
+    "drivers": "--to {drivers} --json",
     "tune measure": "--feed 2400 --waves 8 --distance 7.75 --json",
     "tune log": "{log} --json",
     "tune predict": "{job} --hz 40 --json",
@@ -159,6 +160,9 @@ def places(tmp_path: Path, cli: Cli) -> Iterator[Callable[[str], dict[str, Any]]
             if "{hub}" in words:
                 hub = ServeOptions(board=load_board("host"), tcp=Address("127.0.0.1", 0), key="correct-horse")
                 made["hub"] = stack.enter_context(Server(hub, "release")).tcp
+            if "{drivers}" in words:
+                drivers = ServeOptions(board=load_board("fysetc-e4"), tcp=Address("127.0.0.1", 0))
+                made["drivers"] = stack.enter_context(Server(drivers, "release")).tcp
             for name in ("wmc3", "module"):
                 if f"{{{name}}}" in words:
                     made[name] = stack.enter_context(device(name == "module"))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import re
+from collections.abc import Sequence
 from typing import Any
 
 from c_library import LIB
@@ -11,6 +12,7 @@ from grbl_host import HZ, Grbl
 from wificnc.sim.native import HostBoard, Tasks
 
 TMC2209, TMC5160, TMC2130 = 1, 2, 3
+SECOND = 6  # motor of an axis, the second one: this more
 KINDS = (TMC2209, TMC5160, TMC2130)
 NO_SUPPLY, UNWIRED, DEAF, NOISE, HOT, SHUT_DOWN, SHORT, OPEN, UNDERVOLTAGE, CROSSED, CUT, PARTLY, GLITCH = (
     1 << n for n in range(13)
@@ -25,12 +27,24 @@ class DriverGrbl(Grbl):
     """With a driver for each axis: TMC2209 on one wire, others in one chain, or each with its own select."""
 
     def __init__(
-        self, kind: int, axes: int = 3, *, chained: bool = True, diag: bool = True, tasks: Tasks = Tasks.FREE
+        self,
+        kind: int,
+        axes: int = 3,
+        *,
+        chained: bool = True,
+        diag: bool = True,
+        tasks: Tasks = Tasks.FREE,
+        seconds: Sequence[int] = (),
+        second_mohm: int = 0,
     ) -> None:
+        """@param seconds  axes with a second motor, which has a driver, too"""
         board = HostBoard(HZ, 1000, 500, 500_000, axes, tasks=tasks)
-        for ax in range(axes):
-            address, select, chain = (ax, 0, axes) if chained or kind == TMC2209 else (0, ax, 1)
-            board.driver[ax] = kind | address << 4 | select << 8 | chain << 12 | diag << 16
+        board.ganged = sum(1 << ax for ax in seconds)
+        motors = [*range(axes), *(ax + SECOND for ax in seconds)]
+        for place, motor in enumerate(motors):
+            address, select, chain = (place, 0, len(motors)) if chained or kind == TMC2209 else (0, place, 1)
+            mohm = second_mohm if motor >= SECOND else 0
+            board.driver[motor] = kind | address << 4 | select << 8 | chain << 12 | diag << 16 | mohm << 17
         super().__init__(board=board)
 
     def status(self) -> str:
@@ -46,17 +60,17 @@ class DriverGrbl(Grbl):
         assert self.after(0.5) == ""
         assert all(row[3] in ("ok", "left alone") for row in self.rows())
 
-    def faults(self, axis: int, faults: int) -> None:
-        assert LIB.host_driver_set_faults(self._host, axis, faults)
+    def faults(self, motor: int, faults: int) -> None:
+        assert LIB.host_driver_set_faults(self._host, motor, faults)
 
-    def reset_driver(self, axis: int) -> None:
-        assert LIB.host_driver_reset(self._host, axis)
+    def reset_driver(self, motor: int) -> None:
+        assert LIB.host_driver_reset(self._host, motor)
 
-    def address(self, axis: int, address: int) -> None:
-        assert LIB.host_driver_set_address(self._host, axis, address)
+    def address(self, motor: int, address: int) -> None:
+        assert LIB.host_driver_set_address(self._host, motor, address)
 
-    def register(self, axis: int, number: int) -> int:
-        return int(LIB.host_driver_register(self._host, axis, number))
+    def register(self, motor: int, number: int) -> int:
+        return int(LIB.host_driver_register(self._host, motor, number))
 
     def datagrams(self) -> int:
         return int(LIB.host_driver_datagrams(self._host))

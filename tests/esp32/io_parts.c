@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT
- * Parts of the ESP32's input and output that need no register: bouncing inputs, tables of port bits. */
+ * Parts of the ESP32's input and output that need no register: bouncing inputs, counters, tables of port
+ * bits. */
 #include "base/debounce.h"
+#include "io/dial_counts.h"
 #include "io/encoder_counts.h"
 #include "step_pins.h"
 
@@ -163,7 +165,34 @@ static void the_index_is_where_the_counter_was(void) {
     check(counts.state.edge_us < now_us, "an edge out of nothing");
 }
 
+/* The counter has what the wheel made. An edge after the reading of the counter is no slip; noise that the
+ * counter counts, or an edge that it misses, is one. */
+static void a_dial_counts_and_finds_what_no_wheel_makes(void) {
+    struct dial_counts counts;
+    int32_t truth = 0;
+    int raw = 0;
+    dial_counts_begin(&counts, 2);
+    for (unsigned n = 0; n < 200000; n++) {
+        const int way = n / 50000 % 2 == 0 ? 1 : -1;
+        raw += way;
+        raw = raw == ENCODER_LIMIT || raw == -ENCODER_LIMIT ? 0 : raw;
+        truth += way;
+        const bool late = n % 5 == 0; /* the lines are an edge further already */
+        if (n % 3 == 0)
+            dial_counts_take(&counts, raw, (uint8_t)((2 + truth + (late ? way : 0)) & 3));
+    }
+    dial_counts_take(&counts, raw, (uint8_t)((2 + truth) & 3));
+    check(counts.counts == truth && counts.slips == 0, "a turning dial slips");
+    for (unsigned n = 0; n < 3; n++)
+        dial_counts_take(&counts, raw, (uint8_t)((2 + truth + 1) & 3)); /* an edge was missed */
+    check(counts.slips == 1 && counts.counts == truth, "a missed edge is not found once");
+    for (unsigned n = 0; n < 3; n++)
+        dial_counts_take(&counts, raw + 1, (uint8_t)((2 + truth + 1) & 3)); /* noise was counted */
+    check(counts.slips == 2, "counted noise is not found once");
+}
+
 int main(void) {
+    a_dial_counts_and_finds_what_no_wheel_makes();
     the_index_is_where_the_counter_was();
     an_encoder_is_counted_across_the_limits_of_the_hardware();
     a_switch_is_on_at_its_first_edge_and_off_when_it_is_quiet();

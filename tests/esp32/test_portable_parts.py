@@ -24,7 +24,7 @@ QUICK = ("esp32-wroom32", "esp32s3-devkitc-gantry", "esp32s3-devkitc-shift", "mk
 # program -> the firmware's files in it
 PROGRAMS = {
     "two_sides": (),  # the machine with a motion side of its own: two real threads
-    "io_parts": ("../chip/gang.c", "../chip/step_pins.c", "io/encoder_counts.c"),
+    "io_parts": ("../chip/gang.c", "../chip/step_pins.c", "io/encoder_counts.c", "io/dial_counts.c"),
     "access_store": ("net/access_store.c",),
     "crowd": (),
     "gate": (),

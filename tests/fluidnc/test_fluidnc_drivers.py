@@ -96,3 +96,44 @@ def test_what_cannot_be_reached_is_a_plain_driver_with_the_reason(
     assert why in losses(path)
     assert not imported.refused
     assert "step" in imported.board["axis"]["x"]
+
+
+def gantry(folder: Path, *, current: str = "1.200", addr: int = 3) -> Path:
+    path = config(folder, "tmc_2209", UART, "uart_num: 1; addr: 0", "uart_num: 1; addr: 1")
+    second = f"""    motor1:
+      tmc_2209:
+        step_pin: gpio.18
+        direction_pin: gpio.19
+        r_sense_ohms: 0.220
+        run_amps: {current}
+        hold_amps: 0.600
+        microsteps: 32
+        run_mode: CoolStep
+        uart_num: 1
+        addr: {addr}
+"""
+    path.write_text(path.read_text(encoding="utf-8") + second, encoding="utf-8")
+    return path
+
+
+def test_the_driver_of_a_second_motor_has_a_table_of_its_own(tmp_path: Path) -> None:
+    imported = import_fluidnc(gantry(tmp_path))
+    assert not imported.refused
+    assert "registers" not in "\n".join(imported.remarks.lines(Kind.LOST))
+    assert imported.board["driver"]["y2"] == {"kind": "tmc2209", "address": 3, "sense_mohm": 220}
+    board = tmp_path / "mine.toml"
+    board.write_text(imported.board_text("config.yaml"), encoding="utf-8")
+    assert check_board(board) == []
+
+
+def test_two_motors_with_different_currents_get_that_of_the_first(tmp_path: Path) -> None:
+    imported = import_fluidnc(gantry(tmp_path, current="0.800"))
+    assert imported.machine["axis"]["y"]["driver_current_ma"] == 1200
+    (line,) = [line for line in imported.remarks.lines(Kind.CHANGED) if "tmc_2209" in line]
+    assert "driver_current_ma" in line and "those of motor0" in line
+
+
+def test_a_second_motor_at_the_address_of_another_is_a_plain_driver(tmp_path: Path) -> None:
+    imported = import_fluidnc(gantry(tmp_path, addr=1))
+    assert "y2" not in imported.board["driver"]
+    assert "address 1 is another driver's" in "\n".join(imported.remarks.lines(Kind.LOST))

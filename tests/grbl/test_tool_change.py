@@ -314,6 +314,26 @@ def test_m1_pauses_while_its_switch_is_on(grbl: Grbl) -> None:
     assert "|Pn:" not in grbl.status()
 
 
+def test_m1_has_a_switch_at_an_input(grbl: Grbl) -> None:
+    grbl.fine("$747=1")
+    assert "|Pn:" not in grbl.status() and grbl.send("M1\n") == "ok\r\n"
+    grbl.input("input-0", True)
+    grbl.after(0.05)
+    assert "|Pn:T" in grbl.status()
+    assert grbl.after(0.5, "G1X1F600M1\nX2\n") == "" and grbl.state() == "Hold:0"
+    assert grbl.send("~") == "ok\r\nok\r\n" and grbl.position()[0] == 2 * STEPS
+    grbl.fine("$748=1")  # on while the line is low
+    assert "|Pn:" not in grbl.status() and grbl.send("M1\n") == "ok\r\n"
+    grbl.input("input-0", False)
+    grbl.after(0.05)
+    assert "|Pn:T" in grbl.status()
+    assert grbl.after(0.1, "M1\n") == "" and grbl.state() == "Hold:0"
+    grbl.input("input-0", True)  # off again: the pause that has begun waits for ~
+    assert grbl.after(0.1) == "" and grbl.state() == "Hold:0" and grbl.send("~") == "ok\r\n"
+    grbl.after(0.1, "\x88")
+    assert "|Pn:T" in grbl.status(), "the byte's switch is another one: one of them is enough"
+
+
 # ---- Ln: ----
 
 

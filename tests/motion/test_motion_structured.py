@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import zlib
 from dataclasses import replace
 
@@ -87,6 +88,11 @@ def test_a_slow_axis_keeps_its_rate_in_a_bend(first_deg: int, turn_deg: int) -> 
 @pytest.mark.slow
 @common
 @given(path=structured_paths(), machine=machines, mode=path_modes)
+@example(  # a stop on a blend that turns far takes much longer than the speed along it says
+    path=Path(((1, 0, 0), (-0.5, 0.866, 0), (-0.5, -0.866, 0), (1, 0, 0)), 600, 2),
+    machine=Machine(accel_mm_s2=(200.0, 2000.0, 500.0), rate_mm_min=(5000.0,) * 3, jerk_mm_s3=5000, shapers=()),
+    mode="G64P0.3",
+)
 def test_any_structure_on_any_machine(path: Path, machine: Machine, mode: str) -> None:
     run = performed(path, machine, mode)
     assert_lawful(run, machine)
@@ -157,6 +163,29 @@ def beginning(text: str, most: int = 1000) -> str:
     machine=Machine(jerk_mm_s3=5000, shapers=((1, 40, 0.02),)),
     what=[(1, "!"), (1, "\x91" * 5), (1, "\x91" * 5), (1, "~"), (150, "!")],
     mode="G64",
+)
+@example(  # braking hard for a lower override, too late for the next blend
+    path=Path(((0, 0, 0), (0.5, 0, 0), (0.5, 0.01, 0), (1, 0.01, 0), (1, 0.02, 0)), 600, 2),
+    machine=Machine(rate_mm_min=(5000.0,) * 3, jerk_mm_s3=5000, shapers=((1, 40, 0.02),)),
+    what=[(60, "!"), (5, "~"), (150, "\x92" * 9)],
+    mode="G64",
+)
+@example(  # the stop on a blend speeds up first: past its middle the path is faster
+    path=Path(tuple((n / 100, math.sin(n * math.pi / 6), n / 100) for n in range(35)), 600, 2),
+    machine=Machine(
+        accel_mm_s2=(1000.0, 300.0, 200.0),
+        rate_mm_min=(9000.0, 2000.0, 500.0),
+        jerk_mm_s3=5000,
+        shapers=((1, 40, 0.02),),
+    ),
+    what=[(1, "~")],
+    mode="G64P0.3",
+)
+@example(  # long stops of a laser that follows the speed need many spans, and two must fit
+    path=Path(tuple((n / 100, math.sin(n * math.pi / 6), n / 100) for n in range(7)), 600, 2, (), (10, 900)),
+    machine=Machine(rate_mm_min=(9000.0, 2000.0, 500.0), jerk_mm_s3=5000, shapers=((1, 40, 0.02),)),
+    what=[(1, "!")],
+    mode="G64P0.3",
 )
 def test_holds_and_overrides_at_any_time(path: Path, machine: Machine, what: list[tuple[int, str]], mode: str) -> None:
     host = machine.host()

@@ -39,6 +39,14 @@ def test_all_tests_are_compiled_before_they_run(ran: list[list[str]]) -> None:
     assert [words[:2] for words in ran[-2:]] == [["compile tests"], ["-m", "pytest"]]
 
 
+def test_only_the_quick_run_is_a_sample(ran: list[list[str]]) -> None:
+    sampled = {}
+    for command in dev.CHOSEN:
+        assert dev.main([command]) == 0
+        sampled[command] = any(word.startswith("--cases") for word in ran[-1])
+    assert sampled == {"test": True, "test-all": False, "test-deep": False}
+
+
 def test_each_test_file_is_compiled_once_and_not_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(dev, "ROOT", tmp_path)
     monkeypatch.delenv("PYTHONDONTWRITEBYTECODE", raising=False)

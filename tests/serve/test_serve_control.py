@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from patience import wait_until
 from serve_peer import Peer, Serve
 from slow import slow_but
 from wificnc.serve.server import Server
@@ -40,6 +41,16 @@ def test_hard_limit_at_the_end_of_travel(server: Server) -> None:
         sender.send("G1X50F1000\n")
         sender.until("^ALARM:1$")
         assert 10.0 <= float(say(hands, "state").split()[1].split(",")[0]) < 12.0
+
+
+def test_the_dial_is_turned(server: Server) -> None:
+    sender, hands = doors(server)
+    with sender, hands:
+        assert sender.ask("$401=0.1") == ["ok"]
+        assert say(hands, "dial +5") == "ok"
+        wait_until(lambda: sender.idle_position_mm()[0] == 0.5, "five detents")
+        assert say(hands, "dial 1.5").startswith("error: dial DETENTS")
+        assert say(hands, "dial 1 0").startswith("error: dial DETENTS")
 
 
 def test_counters_count(server: Server) -> None:
@@ -121,6 +132,11 @@ def test_a_crooked_gantry_is_squared(serve: Serve) -> None:
         ("load -10", "ok"),
         ("encoder 400", "ok"),
         ("skew y", "error: skew AXIS MM"),
+        ("driver x hot", "error: this motor has no driver with registers"),
+        (
+            "driver q hot",
+            "error: driver MOTOR ok|supply|wire|noise|hot|shut-down|short|open|undervoltage, MOTOR x, y2 ..",
+        ),
         ("x" * 5000, "error: no such command or input"),
     ],
 )

@@ -10,6 +10,7 @@ import struct
 from c_library import LIB
 from generate.states_table import Input
 from grbl_host import HZ, Grbl
+from wificnc.sim.native import HostBoard
 from wificnc.wmc3.layout import (
     Ack,
     Authenticate,
@@ -51,6 +52,8 @@ LONG = Segment(steps=(-9000, 0, 0, 0, 0, 0), duration_us=900_000_000)
 SHORT = Segment(steps=(-10, 0, 0, 0, 0, 0), duration_us=200_000)
 STATUS_INTERVAL_MS = 0x0103
 SENT = ctypes.byref(ctypes.c_uint32()), ctypes.byref(ctypes.c_uint16()), ctypes.create_string_buffer(600)  # of one call
+PORTS = {"digital_inputs": 4, "analog": 1, "digital_outputs": 5, "toolsetter": 1}
+BOARD = HostBoard(HZ, 1000, 500, 500_000, 3, dial=4, **PORTS)
 ON, OFF = IoControl(spindle=1, rpm=RPM, coolant=1), IoControl()
 
 PAYLOADS: dict[str, Layout] = {
@@ -87,7 +90,7 @@ class RemoteHosts(Grbl):
     """A controller with its text side, and remote hosts at its network."""
 
     def __init__(self) -> None:
-        super().__init__()
+        super().__init__(board=BOARD)
         self._wire = LIB.host_wire_create(self._host, b"")
         self._places: dict[str, int] = {}
         self._sequence = 0

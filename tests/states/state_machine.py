@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+from c_library import LIB
 from generate.states_table import Table
 from grbl_host import Grbl
 from remote_host import RemoteHosts
@@ -12,12 +13,13 @@ from state_model import Model
 
 SETTLED_S = 7.0  # quiet after an alarm 0.5 s, a door's restoring 5 s
 REACHED_S = 1.0  # the same on the way to a situation
+PENDANT = ("error:183", "later", "read", "operator's")  # enum machine_reads
 LASTING = {"host_motion"}  # inputs whose situation comes later
 PULSE_S = 0.02
 PER_AXIS = tuple(
     f"${base + axis}={value}" for base, value in ((100, 10), (110, 5000), (120, 500), (130, 9000)) for axis in range(3)
 )
-LINES = (*PER_AXIS, "$22=1", "$21=1", "$24=600", "$25=600", "$75=0.01")
+LINES = (*PER_AXIS, "$22=1", "$21=1", "$24=600", "$25=600", "$75=0.01", "$401=1")
 
 # How each state is reached from an idle machine with spindle and coolant on, with what may be under way in it.
 SITUATIONS: dict[str, list[str]] = {
@@ -145,6 +147,10 @@ class Pair:
             self.replied = self.hosts.packet(entry)
         elif entry.event == "host_lost":
             self.hosts.lose_host()
+        elif entry.event == "dial":
+            LIB.virtual_dial(grbl._host, 2, 20.0)
+        elif entry.event == "pendant_line":
+            self.replied = PENDANT[LIB.host_reads(grbl._host)]
         elif entry.event:
             grbl.lose_sender()
         elif entry.level is not None:

@@ -168,7 +168,7 @@ class Model:
             return
         said.says += ordered(entry, rule)
         said.reports += rule.answer == "report"
-        said.reply = rule.answer if entry.packets else said.reply
+        said.reply = rule.answer if entry.packets or entry.event == "pendant_line" else said.reply
         locked = self.state == "alarm" or (self.state in ("critical", "estop") and self.locked_before)
         self._end_open_line(entry, rule, said)
         self._answer(entry, rule, said)

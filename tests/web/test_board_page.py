@@ -22,6 +22,7 @@ LINES = 20
 def test_the_page_is_small_enough_for_the_firmware(built_page: Path, board: str) -> None:
     """With the picture of its own board, and of no other."""
     files = embedded_files(built_page, board)
+    assert not {"/sw.js", "/app.webmanifest"} & {file.path for file in files}, "of https addresses"
     assert sum(file.size for file in files) <= FLASH_BYTES
     (picture,) = [file.path for file in files if file.path.startswith("/assets/") and file.path.endswith(".svg")]
     assert picture.startswith(f"/assets/{board}-")

@@ -7,8 +7,8 @@ import sys
 
 from wificnc.build.host import RAM_BUDGET_BYTES, build_host, core_ram_bytes
 
+from bench import motion_cost, traffic
 from bench.measure import FAST, ROOT, Figure, build_driver, has_valgrind, instructions, wall_clock
-from bench.motion_cost import report
 
 JOB = ROOT / "examples" / "relief.nc"
 
@@ -32,7 +32,7 @@ def main() -> int:
     if has_valgrind():
         print(METHOD)
         figures += show(instructions(JOB))
-        for heading, part in report():
+        for heading, part in (*motion_cost.report(), *traffic.report()):
             print(heading)
             figures += show(part)
     else:

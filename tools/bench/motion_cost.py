@@ -22,7 +22,7 @@ Motion, per block and per step, with its polls (1 ms): a surface in chords of 0.
 circle in chords of 0.016 mm, with the settings of examples/machines/baseline.toml. Planner and emission: core/motion
 and core/segment; spans: core/step/prep.c; with the library functions that they call. Longest calls: of motion_poll(),
 which makes batches in portions, and of prep_poll(), which cuts them. Here by callgrind, on MIPS by QEMU's user mode
-with a plugin that counts (tools/mips/count.py): -Os as the firmware, 4 axes; the step interrupt is counted by
+with a plugin that counts (tools/mips/count.py): optimised as the firmware, 4 axes; the step interrupt is counted by
 make bench-chip. On Xtensa in the virtual ESP32 and ESP32-S3 (tools/espsim/count.py): LLVM's code at -O2, 4 axes."""
 
 MIPS_BUDGET = ROOT / "tests" / "budget" / "mips.json"

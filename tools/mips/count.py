@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from wificnc.build.mips import COMPILER
+from wificnc.build.pic32mz import QUICK
 
 from mips.emulate import PROCESSOR, QEMU, compile_files, controller_sources, missing
 
@@ -69,7 +70,10 @@ def build_driver(root: Path) -> Path:
         sizes.write_text(text)
     flags = (*FLAGS, f"-I{folder / 'sizes'}")
     drive = root / "tools" / "bench" / "drive.c"
-    objects = compile_files(root, [*controller_sources(root), drive], folder, flags)
+    sources = [*controller_sources(root), drive]
+    quick = [source for source in sources if source.relative_to(root).as_posix().startswith(QUICK)]
+    objects = compile_files(root, [source for source in sources if source not in quick], folder, flags)
+    objects += compile_files(root, quick, folder, (*flags, "-O2"))
     program = folder / "drive"
     _run([COMPILER, *flags, *map(str, objects), "-lm", f"-Wl,-Map={program}.map", "-o", str(program)])
     return program

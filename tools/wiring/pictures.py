@@ -328,6 +328,27 @@ def pendant() -> Sheet:
     return sheet
 
 
+def dial() -> Sheet:
+    """Two lines of pulses, and the selectors of a pendant box."""
+    sheet = Sheet()
+    lines = ["dial A", "dial B", "axis X", "axis Y", "x10", "GND", "5 V"]
+    board = sheet.box((0, 0), (2.8, 6.0), "controller board", right=lines)
+    wheel = sheet.box((9.4, 2.9), (2.6, 3.1), "hand wheel", left=["A", "B", "0 V", "5 V"])
+    knobs = sheet.box((9.4, -1.6), (2.6, 3.3), "selectors", left=["X", "Y", "x10", "COM"])
+    for name in ("A", "B"):
+        row, end = board[f"dial {name}"][1], wheel[name]
+        sheet.wire(board[f"dial {name}"], (7.2, row), (7.6, end[1]), end, colour=SIGNAL)
+    for name, bend in (("axis X", 6.6), ("axis Y", 6.1), ("x10", 5.6)):
+        end = knobs[name.removeprefix("axis ")]
+        sheet.wire(board[name], (bend, board[name][1]), (bend, end[1]), end, colour=SIGNAL)
+    ground = board["GND"][1]
+    sheet.wire(board["GND"], (8.4, ground), (8.4, wheel["0 V"][1]), wheel["0 V"])
+    sheet.wire((8.4, ground), (8.4, knobs["COM"][1]), knobs["COM"], ends="first")
+    sheet.wire(board["5 V"], (8.0, board["5 V"][1]), (8.0, wheel["5 V"][1]), wheel["5 V"], colour=SUPPLY)
+    sheet.text((4.6, -1.0), "shielded cable; A and B at 3.3 V")
+    return sheet
+
+
 PICTURES: dict[str, Callable[[], Sheet]] = {
     "machine": machine,
     "driver-cathode": driver_cathode,
@@ -343,6 +364,7 @@ PICTURES: dict[str, Callable[[], Sheet]] = {
     "gantry": gantry,
     "probe": probe,
     "pendant": pendant,
+    "dial": dial,
 }
 
 

@@ -3,10 +3,12 @@ import "./styles.css";
 import { start } from "./app";
 import { startKeeping } from "./keeping";
 import { startLanguage } from "./language";
+import { startOffline } from "./offline";
 import { App } from "./view/app";
 
 void startLanguage().then(() => {
   render(<App />, document.getElementById("app")!);
   void startKeeping();
   void start();
+  startOffline();
 });

@@ -54,6 +54,38 @@ class Pendant(Strict):
     )
 
 
+class DialAxes(Strict):
+    """Lines of an axis switch: one is on."""
+
+    x: InputWire | None = None
+    y: InputWire | None = None
+    z: InputWire | None = None
+    a: InputWire | None = None
+    b: InputWire | None = None
+    c: InputWire | None = None
+
+    def named(self) -> dict[str, InputWire]:
+        return {name: wire for name in "xyzabc" if (wire := getattr(self, name)) is not None}
+
+
+class Dial(Strict):
+    """A hand wheel that makes pulses on two lines: docs/dial.md."""
+
+    a: InputWire = Field(description="line A")
+    b: InputWire = Field(description="line B; exchanged with a, the dial turns the other way")
+    counts_per_detent: Literal[1, 2, 4] = Field(
+        default=4, description="edges of both lines from one detent to the next; a wheel of 100 pulses a turn has 4"
+    )
+    axis: DialAxes = Field(default=DialAxes(), description="its axis switch; without one $400 says which axis")
+    x10: InputWire | None = Field(default=None, description="step switch: on, a detent is ten times $401")
+    x100: InputWire | None = Field(default=None, description="step switch: on, a detent is a hundred times $401")
+
+    @property
+    def code(self) -> int:
+        """host_board.dial of targets/pc/host.h."""
+        return self.counts_per_detent | (8 if self.axis.named() else 0)
+
+
 class DriverBus(Strict):
     """The bus of motor drivers with registers: a UART, or an SPI controller."""
 
@@ -90,7 +122,7 @@ class Driver(Strict):
 
 
 class Drivers(Strict):
-    """Motor drivers with registers, by axis."""
+    """Motor drivers with registers, by axis; y2: of the second motor of y."""
 
     x: Driver | None = None
     y: Driver | None = None
@@ -98,6 +130,14 @@ class Drivers(Strict):
     a: Driver | None = None
     b: Driver | None = None
     c: Driver | None = None
+    x2: Driver | None = Field(default=None, description="of the second motor of x, [axis.x.second]")
+    y2: Driver | None = Field(default=None, description="of the second motor of y, [axis.y.second]")
+    z2: Driver | None = Field(default=None, description="of the second motor of z, [axis.z.second]")
+    a2: Driver | None = Field(default=None, description="of the second motor of a, [axis.a.second]")
+    b2: Driver | None = Field(default=None, description="of the second motor of b, [axis.b.second]")
+    c2: Driver | None = Field(default=None, description="of the second motor of c, [axis.c.second]")
 
     def named(self) -> dict[str, Driver]:
-        return {name: driver for name in "xyzabc" if (driver := getattr(self, name)) is not None}
+        """First motors, then second ones."""
+        names = [letter + motor for motor in ("", "2") for letter in "xyzabc"]
+        return {name: driver for name in names if (driver := getattr(self, name)) is not None}

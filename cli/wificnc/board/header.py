@@ -45,12 +45,15 @@ BUS_SIGNALS = (
     *("i2so_bck", "i2so_data", "i2so_ws"),
     *("bus_tx", "bus_rx", "bus_de"),
     *("pendant_tx", "pendant_rx"),
+    *("dial_a", "dial_b", "dial_x10", "dial_x100"),
+    *(f"dial_axis_{letter}" for letter in AXIS_LETTERS.lower()),
     *("driver_tx", "driver_rx", "driver_mosi", "driver_miso", "driver_sclk", "driver_cs"),
-    *(f"driver_cs_{letter}" for letter in AXIS_LETTERS.lower()),
+    *(f"driver_cs_{letter}{motor}" for motor in ("", "2") for letter in AXIS_LETTERS.lower()),
 )
+DIAL_SIGNALS = tuple(signal for signal in BUS_SIGNALS if signal.startswith("dial_"))
 # Pins that nothing moves and no table lists: they cost no memory of the firmware.
-FIXED_SIGNALS = tuple(signal for signal in BUS_SIGNALS if signal.startswith("driver_"))
-BUSES = (Role.ETHERNET, Role.SERIAL, Role.I2SO, Role.SPINDLE_BUS, Role.PENDANT, Role.DRIVER_BUS)
+FIXED_SIGNALS = tuple(signal for signal in BUS_SIGNALS if signal.startswith(("driver_", "dial_")))
+BUSES = (Role.ETHERNET, Role.SERIAL, Role.I2SO, Role.SPINDLE_BUS, Role.PENDANT, Role.DIAL, Role.DRIVER_BUS)
 
 
 @dataclass(frozen=True)
@@ -88,6 +91,7 @@ def pin_header_text(board: Board) -> str:
         masks=list(_masks(board)),
         led_kind=LED_KINDS[board.led.kind] if board.led else "BOARD_LED_NONE",
         driver_rows=" ".join(f"X({', '.join(map(str, row))})" for row in board.driver_rows),
+        dial_rows=" ".join(f"X({_dial_row(board, signal)})" for signal in DIAL_SIGNALS),
         pin_keys=[_pin_key_row(row) for row in pin_keys(board)],
     )
 
@@ -212,6 +216,12 @@ def _output_row(use: Use) -> str:
 
 def _input_row(use: Use) -> str:
     return f"{_output_row(use)}, PIN_PULL_{use.pull.upper()}"
+
+
+def _dial_row(board: Board, signal: str) -> str:
+    """Pin, level that switches on, pull; not wired: no pin."""
+    use = next((use for use in board.uses() if use.signal == signal), None)
+    return f"{_macro(signal)}, {int(use.active == 'high')}, PIN_PULL_{use.pull.upper()}" if use else "PIN_NONE, 0, 0"
 
 
 def _masks(board: Board) -> Iterator[Define]:

@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from wificnc.board.buses import DriverBus, Drivers, Ethernet, Pendant, Serial, SpindleBus
+from wificnc.board.buses import Dial, DriverBus, Drivers, Ethernet, Pendant, Serial, SpindleBus
 from wificnc.board.chip import Chip, Level, LooseTuple, Pull, Strict
 from wificnc.board.wire import InputWire, OutputWire, Reason, Wire
 from wificnc.checked.problem import KeyPath, key_text
@@ -19,6 +19,7 @@ AXIS_LETTERS = "XYZABC"
 AXES_MAX = len(AXIS_LETTERS)
 MISC_OUT_MAX = 5
 MISC_IN_MAX = 8
+DIAL_FILTER_NS = {"esp32": 12_000}  # the longest of its pulse counter, whose filter has ten bits at 80 MHz
 ENCODER_FILTER_NS = {"esp32": 500}  # a pulse counter at 1 MHz of counts
 
 
@@ -200,6 +201,7 @@ class BoardFile(Strict):
     serial: Serial | None = None
     spindle_bus: SpindleBus | None = None
     pendant: Pendant | None = None
+    dial: Dial | None = None
     driver_bus: DriverBus | None = None
     driver: Drivers = Drivers()
     i2so: ShiftRegisters | None = None
@@ -241,6 +243,7 @@ class Role(Enum):
     I2SO = "shift registers"
     SPINDLE_BUS = "spindle bus"
     PENDANT = "pendant"
+    DIAL = "dial"
     DRIVER_BUS = "driver bus"
 
 
@@ -397,14 +400,15 @@ class Board(BoardFile):
 
     @property
     def driver_rows(self) -> tuple[tuple[int, ...], ...]:
-        """struct driver_wire of core/drivers/drivers.h: kind, axis, address or place, select, chain, mOhm, DIAG."""
+        """struct driver_wire of core/drivers/drivers.h: kind, axis, motor, address/place, select, chain, mOhm, DIAG."""
         named = self.driver.named()
         chained = bool(self.driver_bus and self.driver_bus.cs)
         selects = iter(range(len(named)))
         return tuple(
             (
                 driver.code,
-                "xyzabc".index(name),
+                "xyzabc".index(name[0]),
+                int(name.endswith("2")),
                 (driver.address if driver.kind == "tmc2209" else driver.place) or 0,
                 next(selects) if driver.cs else 0,
                 len(named) if chained else 1,
@@ -416,11 +420,21 @@ class Board(BoardFile):
 
     @property
     def driver_codes(self) -> list[int]:
-        """The same as numbers for targets/pc/host_drivers.h, one per axis; 0: a plain driver."""
-        codes = [0] * AXES_MAX
-        for kind, axis, address, select, chain, _mohm, diag in self.driver_rows:
-            codes[axis] = kind | address << 4 | select << 8 | chain << 12 | diag << 16
+        """The same as numbers for targets/pc/host_drivers.h, one per axis, then of second motors; 0: a plain driver."""
+        codes = [0] * (2 * AXES_MAX)
+        for kind, axis, motor, address, select, chain, mohm, diag in self.driver_rows:
+            codes[axis + AXES_MAX * motor] = kind | address << 4 | select << 8 | chain << 12 | diag << 16 | mohm << 17
         return codes
+
+    @property
+    def dial_code(self) -> int:
+        """host_board.dial of targets/pc/host.h; 0: no dial."""
+        return self.dial.code if self.dial else 0
+
+    @property
+    def dial_filter_ns(self) -> int:
+        """Pulses of the dial that are shorter are ignored; 0: no filter, or no dial."""
+        return DIAL_FILTER_NS.get(self.target, 0) if self.dial else 0
 
     @property
     def has_analog(self) -> bool:
@@ -462,6 +476,7 @@ _GROUPS = (
     ("i2so", "i2so", Role.I2SO, ("bck", "data", "ws")),
     ("spindle_bus", "bus", Role.SPINDLE_BUS, ("tx", "rx", "de")),
     ("pendant", "pendant", Role.PENDANT, ("tx", "rx")),
+    ("dial", "dial", Role.DIAL, ("a", "b", "x10", "x100")),
     ("driver_bus", "driver", Role.DRIVER_BUS, ("tx", "rx", "mosi", "miso", "sclk", "cs")),
 )
 
@@ -485,6 +500,8 @@ def _uses(board: BoardFile) -> Iterator[Use]:
     for table, prefix, role, keys in _GROUPS:
         for key in keys:
             yield from _use(f"{prefix}_{key}", (table, key), role, getattr(getattr(board, table), key, None))
+    for name, line in (board.dial.axis.named() if board.dial else {}).items():
+        yield from _use(f"dial_axis_{name}", ("dial", "axis", name), Role.DIAL, line)
     for name, driver in board.driver.named().items():
         yield from _use(f"driver_cs_{name}", ("driver", name, "cs"), Role.DRIVER_BUS, driver.cs)
     if board.led:

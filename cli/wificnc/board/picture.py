@@ -41,6 +41,7 @@ ROLE_COLOURS = {
     Role.I2SO: "#2b4a3f",
     Role.SPINDLE_BUS: "#7d3f98",
     Role.PENDANT: "#8a5a1f",
+    Role.DIAL: "#3f6d8c",
     Role.DRIVER_BUS: "#5f6b2f",
 }
 POWER_COLOURS = {"GND": "#222222", "3V3": "#8e1b1b", "5V": "#8e1b1b", "VIN": "#8e1b1b"}

@@ -39,6 +39,7 @@ RULES = {
     "second-motor": "the firmware has pulses and inputs for the motors: six, second ones included",
     "charge-pump": "the chip's timer makes the frequency of the charge pump",
     "servo": "the firmware has an output for the RC servo",
+    "dial": "its axes exist, x100 comes with x10, and both lines have the same active level",
     "pendant": "the firmware has the UART for a pendant, and nothing else uses it",
     "drivers": "motor drivers with registers have a bus that reaches them, each its own place, DIAG a limit input",
     "spindle-bus": "the firmware has the UART for a spindle drive on RS-485",

@@ -261,6 +261,22 @@ def _pendant(board: BoardFile, chip: Chip) -> Iterator[Finding]:
         yield Finding("pendant", ("pendant", "uart"), reason, f"one of: {', '.join(free)}")
 
 
+def _dial(board: BoardFile, chip: Chip) -> Iterator[Finding]:
+    dial = board.dial
+    if dial is None:
+        return
+    for name in dial.axis.named():
+        if name not in board.axis.wired():
+            reason = f"the board has no axis {name.upper()}"
+            yield Finding("dial", ("dial", "axis", name), reason, "leave it out, or wire the axis")
+    if dial.x100 and not dial.x10:
+        reason = "a step switch has x10 as well"
+        yield Finding("dial", ("dial", "x100"), reason, "wire x10, or set $401 instead of a switch")
+    if dial.a.active != dial.b.active:
+        reason = "has another active level than line a, and both lines are of one wheel"
+        yield Finding("dial", ("dial", "b"), reason, f'active = "{dial.a.active}"')
+
+
 def _drivers(board: BoardFile, chip: Chip) -> Iterator[Finding]:
     bus, drivers = board.driver_bus, board.driver.named()
     if bus is None:
@@ -313,7 +329,10 @@ def _driver(board: BoardFile, name: str, driver: Driver) -> Iterator[Finding]:
     assert bus is not None
     uart = driver.kind == "tmc2209"
     if name not in board.axis.motors():
-        yield Finding("drivers", path, f"the board has no axis {name}", f"add [axis.{name}], or leave this out")
+        second = name.endswith("2")
+        reason = f"the board has no second motor of {name[0]}" if second else f"the board has no axis {name}"
+        table = f"[axis.{name[0]}.second]" if second else f"[axis.{name}]"
+        yield Finding("drivers", path, reason, f"add {table}, or leave this out")
         return
     if uart != (bus.uart is not None):
         reason = f"a {driver.kind.upper()} is reached by {'UART' if uart else 'SPI'}"
@@ -483,6 +502,7 @@ BOARD_RULES: tuple[BoardRule, ...] = (
     _servo,
     _spindle_bus,
     _pendant,
+    _dial,
     _drivers,
     _charge_pump,
     _step_engine,

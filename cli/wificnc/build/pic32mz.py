@@ -26,6 +26,7 @@ FOLDERS = ("core", "targets/chip", "targets/pic32mz")  # sources, and where head
 LINKER_SCRIPT = Path("targets/pic32mz/chip/pic32mz.ld")
 PREFIX_MAP = "-ffile-prefix-map={root}=."  # debug information is the same wherever the repository lies
 FAST = ("core/step/isr", "core/step/position", "targets/chip/", "targets/pic32mz/hal/", "targets/pic32mz/chip/")
+QUICK = ("core/motion/", "core/segment/", "core/step/")
 LIBRARY = "targets/pic32mz/libc/"
 
 # What the chip has for us (targets/pic32mz/chip/pic32mz.ld), and what we allow ourselves of it.
@@ -94,6 +95,8 @@ def _unit(root: Path, directory: Path, compiler: MipsCompiler, source: Path) -> 
     flags: tuple[str, ...] = ()
     if name.as_posix().startswith(FAST):
         flags = compiler.fast
+    elif name.as_posix().startswith(QUICK):
+        flags = compiler.quick
     elif name.as_posix().startswith(LIBRARY):
         flags = compiler.library
     return Unit(source, directory / "obj" / name.with_suffix(".o"), flags)
@@ -102,8 +105,8 @@ def _unit(root: Path, directory: Path, compiler: MipsCompiler, source: Path) -> 
 def _compiler_title(directory: Path, compiler: MipsCompiler) -> str:
     """Who it is; another compiler or other flags make every object stale."""
     stamp_file = directory / "compiler.json"
-    flags = [compiler.flags, compiler.fast, compiler.library, compiler.link]
-    stamp = json.dumps([compiler_stamp(compiler.argv), flags, FAST, LIBRARY, PREFIX_MAP])
+    flags = [compiler.flags, compiler.fast, compiler.quick, compiler.library, compiler.link]
+    stamp = json.dumps([compiler_stamp(compiler.argv), flags, FAST, QUICK, LIBRARY, PREFIX_MAP])
     stored = json.loads(stamp_file.read_text(encoding="utf-8")) if stamp_file.is_file() else {}
     if stored.get("stamp") == stamp:
         return str(stored["title"])

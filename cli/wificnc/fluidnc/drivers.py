@@ -63,30 +63,42 @@ def take_drivers(root: Section, axes: Sequence[Any], remarks: Remarks) -> dict[s
 
     @param axes  AxisFacts of axes.py
     """
-    found = {facts.letter.lower(): facts for facts in axes if facts.drivers}
-    for facts in found.values():
-        if len(facts.drivers) > 1 or len(facts.motors) > 1:
-            _lose(facts, remarks, "an axis with two motors, whose drivers' registers are not written yet")
-    found = {name: facts for name, facts in found.items() if facts.drivers}
+    found = {_name(facts, driver): driver for facts in axes for driver in facts.drivers}
     if not found:
         return {}
-    uart = next(iter(found.values())).drivers[0].kind == "tmc2209"
-    for facts in found.values():
-        if (facts.drivers[0].kind == "tmc2209") != uart:
-            _lose(facts, remarks, "all drivers with registers are on one bus")
-    found = {name: facts for name, facts in found.items() if facts.drivers}
+    uart = next(iter(found.values())).kind == "tmc2209"
+    for name, driver in list(found.items()):
+        if (driver.kind == "tmc2209") != uart:
+            _lose(found, name, remarks, "all drivers with registers are on one bus")
     bus = _uart(root, found, remarks) if uart else _spi(root, found, remarks)
-    made = {name: _driver(facts.drivers[0], uart, bus) for name, facts in found.items() if facts.drivers}
-    for facts in found.values():
-        if facts.drivers:
-            facts.profile |= facts.drivers[0].profile
+    made = {name: _driver(driver, uart, bus) for name, driver in found.items()}
+    for facts in axes:
+        _take_profile(facts, found, remarks)
     return {"driver_bus": bus, "driver": made} if made else {}
 
 
-def _lose(facts: Any, remarks: Remarks, why: str) -> None:
-    for driver in facts.drivers:
-        remarks.lost(driver.path, driver.line, f"{REGISTERS}: {why}")
-    facts.drivers = []
+def _name(facts: Any, driver: DriverFacts) -> str:
+    """Of its table: x, or y2 for the second of two motors."""
+    is_second = len(facts.motors) > 1 and ".motor1." in f"{driver.path}."
+    return f"{facts.letter.lower()}2" if is_second else f"{facts.letter.lower()}"
+
+
+def _take_profile(facts: Any, found: dict[str, DriverFacts], remarks: Remarks) -> None:
+    """Both motors of an axis have its settings: those of the first one."""
+    letter = facts.letter.lower()
+    first, second = found.get(letter), found.get(f"{letter}2")
+    if first and second and first.profile != second.profile:
+        differs = ", ".join(key for key, value in first.profile.items() if second.profile.get(key) != value)
+        remarks.changed(
+            second.path, second.line, f"{differs or 'run_mode'}: both motors of an axis have those of motor0"
+        )
+    if driver := first or second:
+        facts.profile |= driver.profile
+
+
+def _lose(found: dict[str, DriverFacts], name: str, remarks: Remarks, why: str) -> None:
+    driver = found.pop(name)
+    remarks.lost(driver.path, driver.line, f"{REGISTERS}: {why}")
 
 
 def _driver(facts: DriverFacts, uart: bool, bus: dict[str, Any]) -> dict[str, Any]:
@@ -102,41 +114,39 @@ def _driver(facts: DriverFacts, uart: bool, bus: dict[str, Any]) -> dict[str, An
     return made
 
 
-def _uart(root: Section, found: dict[str, Any], remarks: Remarks) -> dict[str, Any]:
+def _uart(root: Section, found: dict[str, DriverFacts], remarks: Remarks) -> dict[str, Any]:
     """All on the UART of the first, each at an address of its own."""
-    number = next(iter(found.values())).drivers[0].uart or 1
+    number = next(iter(found.values())).uart or 1
     section = root.section(f"uart{number}")
     pins = {key: take_pin(section, f"{key}d_pin", remarks) for key in ("tx", "rx")}
     section.skip_all()
     seen: set[int] = set()
-    for facts in found.values():
-        driver = facts.drivers[0]
+    for name, driver in list(found.items()):
         if driver.cs:
-            _lose(facts, remarks, "a pin selects it on the UART (cs_pin), and no output of ours does that")
+            _lose(found, name, remarks, "a pin selects it on the UART (cs_pin), and no output of ours does that")
         elif None in pins.values():
-            _lose(facts, remarks, f"uart{number} has no txd_pin or no rxd_pin")
+            _lose(found, name, remarks, f"uart{number} has no txd_pin or no rxd_pin")
         elif driver.address in seen or driver.address > 3:
-            _lose(facts, remarks, f"address {driver.address} is another driver's, or above 3")
+            _lose(found, name, remarks, f"address {driver.address} is another driver's, or above 3")
         seen.add(driver.address)
     return {"uart": f"UART{number}", **{key: pin.output() for key, pin in pins.items() if pin}}
 
 
-def _spi(root: Section, found: dict[str, Any], remarks: Remarks) -> dict[str, Any]:
+def _spi(root: Section, found: dict[str, DriverFacts], remarks: Remarks) -> dict[str, Any]:
     """A chain where they share a select line, else each with its own."""
     section = root.section("spi")
     names = {"mosi": "mosi_pin", "miso": "miso_pin", "sclk": "sck_pin"}
     pins = {key: take_pin(section, name, remarks) for key, name in names.items()}
-    drivers = [facts.drivers[0] for facts in found.values()]
+    drivers = list(found.values())
     chained = all(driver.spi_index > 0 for driver in drivers)
     places = sorted(driver.spi_index for driver in drivers)
-    for facts in found.values():
-        cs = facts.drivers[0].cs
+    for name, driver in list(found.items()):
         if None in pins.values():
-            _lose(facts, remarks, "spi lacks mosi_pin, miso_pin or sck_pin")
-        elif cs is None or cs.name.startswith(SHIFTED):
-            _lose(facts, remarks, "its cs_pin is an output of a shift register, or missing")
+            _lose(found, name, remarks, "spi lacks mosi_pin, miso_pin or sck_pin")
+        elif driver.cs is None or driver.cs.name.startswith(SHIFTED):
+            _lose(found, name, remarks, "its cs_pin is an output of a shift register, or missing")
         elif chained and places != list(range(1, len(places) + 1)):
-            _lose(facts, remarks, "the chain has drivers that drive no motor here")
+            _lose(found, name, remarks, "the chain has drivers that drive no motor here")
     bus: dict[str, Any] = {"spi": _SPI_CONTROLLER, **{key: pin.output() for key, pin in pins.items() if pin}}
     if chained and drivers and drivers[0].cs:
         bus["cs"] = {"pin": drivers[0].cs.name, "active": "low"}

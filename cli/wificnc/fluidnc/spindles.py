@@ -8,6 +8,7 @@ from typing import Any
 from wificnc.fluidnc.pins import take_pin
 from wificnc.fluidnc.remarks import Remarks
 from wificnc.fluidnc.tree import Section
+from wificnc.fluidnc.vfd import MODELS, UNKNOWN, read_vfd
 
 TAKEN = ("pwm", "laser", "relay", "onoff", "10v")
 _NO_OTHER = "is a second spindle: one at a time here"
@@ -17,12 +18,8 @@ _REFUSED = {
     "dac": "an analog output of the chip; wire a PWM with a filter, or a 0 to 10 V module",
     "plasma": "a plasma torch with an arc signal",
     "plasmaspindle": "a plasma torch with an arc signal",
-    "huanyang": "a frequency inverter on RS-485",
 }
-_VFDS = (
-    *("yl620", "h2a", "h100", "nowforever", "siemensv20", "modbusvfd", "danfoss", "folinn", "mollom", "fulling"),
-    "deltams",
-)
+_VFDS = (*MODELS, *UNKNOWN)
 SPINDLES = (*TAKEN, *_REFUSED, *_VFDS, "nospindle", "no_spindle")
 _PWM_HZ = (50, 50_000)  # of $33
 _MAX_DELAY_S = 60.0  # of $394 and $539
@@ -31,8 +28,9 @@ _QUIET = ("tool_num", "off_on_alarm", "disable_with_s0", "s0_with_disable")
 
 @dataclass
 class SpindleFacts:
-    """Keys of [output] in the board file, and of [spindle] and [coolant] in the machine profile."""
+    """Keys of [output] and [spindle_bus] in the board file, and of [spindle] and [coolant] in the machine profile."""
 
+    bus: dict[str, Any] = field(default_factory=dict)
     outputs: dict[str, Any] = field(default_factory=dict)
     spindle: dict[str, Any] = field(default_factory=dict)
     coolant: dict[str, Any] = field(default_factory=dict)
@@ -48,13 +46,14 @@ def read_spindles(root: Section, remarks: Remarks) -> SpindleFacts:
         root.skip(name)
         if kind in ("nospindle", "no_spindle"):
             section.skip_all()
-        elif kind not in TAKEN:
-            why = _REFUSED.get(kind, _REFUSED["huanyang"])
-            remarks.lost(section.path, section.line, f"{why}: not taken")
+        elif kind in _REFUSED:
+            remarks.lost(section.path, section.line, f"{_REFUSED[kind]}: not taken")
             section.skip_all()
-        elif facts.outputs:
+        elif facts.outputs or facts.bus:
             remarks.lost(section.path, section.line, _NO_OTHER)
             section.skip_all()
+        elif kind not in TAKEN:
+            _read_drive(kind, section, root, facts, remarks)
         else:
             _read_spindle(kind, section, facts, remarks)
     _read_coolant(root.section("coolant"), facts, remarks)
@@ -65,7 +64,18 @@ def _kind(name: str) -> str | None:
     plain = name.replace(" ", "")
     if plain in SPINDLES:
         return plain
-    return next((vfd for vfd in (*_VFDS, "huanyang") if plain.startswith(vfd)), None)
+    return next((vfd for vfd in _VFDS if plain.startswith(vfd)), None)
+
+
+def _read_drive(kind: str, section: Section, root: Section, facts: SpindleFacts, remarks: Remarks) -> None:
+    facts.bus, drive = read_vfd(kind, section, root, remarks)
+    section.skip(*_QUIET, "debug", "poll_ms", "retries")
+    if facts.bus:
+        text = section.take("speed_map")
+        speeds = _speeds(text, section, remarks) if text else {}
+        facts.spindle |= drive | {key: value for key, value in speeds.items() if not key.startswith("pwm_")}
+        _read_delays(section, facts, remarks)
+    section.skip_all()
 
 
 def _read_spindle(kind: str, section: Section, facts: SpindleFacts, remarks: Remarks) -> None:

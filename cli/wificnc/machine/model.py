@@ -157,6 +157,10 @@ class Probe(_Table):
 
 
 class Spindle(_Table):
+    """`type` 0 is the board's own output, others are drives on RS-485 (docs/spindles.md); registers and commands are
+    for type 1."""
+
+    type: Annotated[int | None, of("spindle_type")] = None
     max_rpm: Annotated[float | None, of("spindle_max_rpm")] = None
     min_rpm: Annotated[float | None, of("spindle_min_rpm")] = None
     laser: Annotated[bool | None, of("laser_mode")] = None
@@ -167,6 +171,21 @@ class Spindle(_Table):
     on_delay_s: Annotated[float | None, of("spindle_on_delay_s")] = None
     off_delay_s: Annotated[float | None, of("spindle_off_delay_s")] = None
     at_speed_pct: Annotated[int | None, of("at_speed_pct")] = None
+    vfd_address: Annotated[int | None, of("vfd_address")] = None
+    vfd_rpm_per_hz: Annotated[int | None, of("vfd_rpm_per_hz")] = None
+    vfd_baud: Annotated[int | None, of("vfd_baud")] = None
+    vfd_parity: Annotated[int | None, of("vfd_parity")] = None
+    vfd_timeout_ms: Annotated[int | None, of("vfd_timeout_ms")] = None
+    vfd_run_register: Annotated[int | None, of("vfd_run_register")] = None
+    vfd_set_register: Annotated[int | None, of("vfd_set_register")] = None
+    vfd_read_register: Annotated[int | None, of("vfd_read_register")] = None
+    vfd_clockwise: Annotated[int | None, of("vfd_clockwise")] = None
+    vfd_counter_clockwise: Annotated[int | None, of("vfd_counter_clockwise")] = None
+    vfd_stop: Annotated[int | None, of("vfd_stop")] = None
+    vfd_set_multiplier: Annotated[float | None, of("vfd_set_multiplier")] = None
+    vfd_set_divider: Annotated[float | None, of("vfd_set_divider")] = None
+    vfd_read_multiplier: Annotated[float | None, of("vfd_read_multiplier")] = None
+    vfd_read_divider: Annotated[float | None, of("vfd_read_divider")] = None
 
 
 class Coolant(_Table):

@@ -20,6 +20,7 @@ from wificnc.sim.native import Tasks
 
 DEFAULT_HTTP_PORT = 8080
 DEFAULT_TCP = f"127.0.0.1:{SERVE_PORT}"
+MOTORS = [letter + second for second in ("", "2") for letter in AXES.lower()]  # of struct host_board's drivers
 MAX_SPEED = 1e6
 LINEAR = "xyz"
 FROM_END_MM = 10.0  # of the tool at power-on
@@ -158,7 +159,8 @@ def board_numbers(board: Board) -> dict[str, int]:
         "analog": int(board.has_analog),
         "toolsetter": int(board.input.toolsetter is not None),
         "spindle_bus": int(board.spindle_bus is not None),
-        **{f"driver_{axis}": code for axis, code in zip("xyzabc", board.driver_codes, strict=True) if code},
+        **{f"driver_{motor}": code for motor, code in zip(MOTORS, board.driver_codes, strict=True) if code},
+        "dial": board.dial_code,
         **pump_numbers(board),
     }
 

@@ -42,6 +42,7 @@ TYPES = {
     ".svg": "image/svg+xml",
     ".json": "application/json",
     ".wasm": "application/wasm",
+    ".webmanifest": "application/manifest+json",
 }
 
 

@@ -70,6 +70,7 @@ class Timing:
     toolsetter: bool = False  # a second probe input
     switchless: int = 0  # motors without a switch: bit n = the first one of axis n, bit 6 + n = its second one
     spindle_bus: bool = False  # RS-485 for a spindle drive
+    dial: int = 0  # counts a detent, and 8 for one with an axis switch
     driver: tuple[int, ...] = (0,) * 6  # with registers: targets/pc/host_drivers.h
 
 
@@ -203,8 +204,8 @@ def run_job(library: ctypes.CDLL, request: JobRequest, on_progress: Progress | N
         JobError: the controller contradicts itself, or there is no room for the trace.
     """
     timing = request.timing
-    *numbers, driver = astuple(timing)
-    board = HostBoard(*numbers, driver=driver)
+    *numbers, dial, driver = astuple(timing)
+    board = HostBoard(*numbers, driver=driver, dial=dial)
     with Simulation(library, board) as sim:
         _apply_lines(sim, (*request.settings, *request.commands))
         _plan_events(sim, request.events)

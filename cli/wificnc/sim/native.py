@@ -83,7 +83,8 @@ class HostBoard(Structure):
         ("pump_clock_hz", c_uint32),
         ("pump_ticks_min", c_uint32),
         ("pump_ticks_max", c_uint32),
-        ("driver", c_uint32 * 6),
+        ("driver", c_uint32 * 12),
+        ("dial", c_uint8),
     )
 
 

@@ -144,6 +144,7 @@ def board_timing(board: Board) -> Timing:
         toolsetter=board.input.toolsetter is not None,
         switchless=board.switchless,
         spindle_bus=board.spindle_bus is not None,
+        dial=board.dial_code,
         driver=tuple(board.driver_codes),
     )
 

@@ -18,6 +18,7 @@ from typing import Any
 from wificnc.errors import UserError
 from wificnc.serve.page import TAG_SIZE, TYPES, page_folder
 
+OFFLINE = {"app.webmanifest", "sw.js"}  # of pages at https addresses; controllers have http
 PICTURES = "boards/pinout/"
 MANIFEST = "files.json"  # written by Vite: which file loads which
 INSTALLER = "node_modules/"  # packages that are loaded when they are needed: all of them for a USB port
@@ -43,7 +44,7 @@ def embedded_files(folder: Path | None = None, board: str | None = None) -> list
     if not (folder / MANIFEST).is_file():
         raise UserError(f"the page in {folder} is of an older version", hint="make web")
     manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
-    left_out = _installer(manifest) | (_pictures(manifest, board) if board else set())
+    left_out = OFFLINE | _installer(manifest) | (_pictures(manifest, board) if board else set())
     files = []
     for packed in sorted(folder.rglob("*.gz")):
         plain = packed.with_suffix("")

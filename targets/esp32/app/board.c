@@ -2,6 +2,7 @@
 #include "app/board.h"
 
 #include "app/wired.h"
+#include "machine/motors.h"
 
 #include "pin_config.h"
 
@@ -111,9 +112,10 @@ bool board_pendant(struct serial_pendant *wire) {
 }
 
 static const struct driver_wire driver_wires[] = {
-#define WIRE(kind_, axis_, address_, select_, chain_, mohm_, diag_)                                          \
+#define WIRE(kind_, axis_, motor_, address_, select_, chain_, mohm_, diag_)                                  \
     {.kind = kind_,                                                                                          \
      .axis = axis_,                                                                                          \
+     .motor = motor_,                                                                                        \
      .address = address_,                                                                                    \
      .select = select_,                                                                                      \
      .chain = chain_,                                                                                        \
@@ -125,8 +127,11 @@ static const struct driver_wire driver_wires[] = {
 };
 
 const struct driver_wire *board_drivers(struct driver_bus_wire *bus, uint8_t *count) {
-    static const uint8_t own_select[AXIS_COUNT] = {PIN_DRIVER_CS_X, PIN_DRIVER_CS_Y, PIN_DRIVER_CS_Z,
-                                                   PIN_DRIVER_CS_A, PIN_DRIVER_CS_B, PIN_DRIVER_CS_C};
+    static const uint8_t own_select[MOTOR_COUNT][AXIS_COUNT] = {
+        {PIN_DRIVER_CS_X, PIN_DRIVER_CS_Y, PIN_DRIVER_CS_Z, PIN_DRIVER_CS_A, PIN_DRIVER_CS_B,
+         PIN_DRIVER_CS_C},
+        {PIN_DRIVER_CS_X2, PIN_DRIVER_CS_Y2, PIN_DRIVER_CS_Z2, PIN_DRIVER_CS_A2, PIN_DRIVER_CS_B2,
+         PIN_DRIVER_CS_C2}};
     *count = BOARD_DRIVER_COUNT;
     *bus = (struct driver_bus_wire){.number = BOARD_DRIVER_BUS,
                                     .uart = BOARD_DRIVER_IS_UART != 0,
@@ -138,7 +143,7 @@ const struct driver_wire *board_drivers(struct driver_bus_wire *bus, uint8_t *co
                                     .select_count = 1};
     bus->select[0] = PIN_DRIVER_CS; /* of a chain */
     for (unsigned n = 0; n < *count && PIN_DRIVER_CS == NO_PIN; n++) {
-        bus->select[driver_wires[n].select] = own_select[driver_wires[n].axis];
+        bus->select[driver_wires[n].select] = own_select[driver_wires[n].motor][driver_wires[n].axis];
         bus->select_count = (uint8_t)(n + 1u);
     }
     return driver_wires;

@@ -4,6 +4,7 @@
 #include "app/motion_task.h"
 #include "chip_ganged.h"
 #include "firmware.h"
+#include "io/dial.h"
 #include "io/driver_bus.h"
 #include "io/led_driver.h"
 #include "io/spindle_bus.h"
@@ -153,6 +154,17 @@ static void start_drivers(struct firmware *firmware, struct machine_board *board
         drivers_init(&board->drivers->set, drivers, count, bus);
 }
 
+/* After the spindle's encoder, whose interrupt reads the first unit of the pulse counter. */
+static void start_dial(struct firmware *firmware, struct machine_board *board) {
+    static const struct dial_wire wire[DIAL_LINES] = {BOARD_DIAL_WIRES(DIAL_WIRE)};
+    if (!BOARD_HAS_DIAL)
+        return;
+    board->dial = dial_init(wire);
+    board->dial_state = dial_state();
+    if (board->dial == NULL)
+        firmware_tell(firmware, "Cannot start the dial");
+}
+
 static struct machine_board board_of(struct firmware *firmware, enum nvs_start kept) {
     struct machine_board board = board_machine(&firmware->pins);
     const struct hal *hal = &firmware->hal;
@@ -163,6 +175,7 @@ static struct machine_board board_of(struct firmware *firmware, enum nvs_start k
     board.pump = outputs_have_pump(&hal->outputs) ? &esp32_pump : NULL;
     start_spindle_bus(firmware, &board);
     start_drivers(firmware, &board);
+    start_dial(firmware, &board);
     const struct hal_encoder *encoder = hal->inputs.encoder != NULL ? &esp32_indexed_encoder : &esp32_encoder;
     board.encoder = hal->encoder.unit != NULL ? encoder : NULL;
     return board;

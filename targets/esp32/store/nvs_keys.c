@@ -179,6 +179,9 @@ const struct nvs_key nvs_keys[SETTINGS_COUNT] = {
     {375, NVS_U8, "vfd_timeout"},
     {394, NVS_FLOAT, "spin_on"},
     {395, NVS_U8, "spindle_type"},
+    {400, NVS_U8, "dial_axis"},
+    {401, NVS_FLOAT, "dial_step"},
+    {402, NVS_FLOAT, "dial_feed"},
     {460, NVS_U8, "vfd_address"},
     {461, NVS_U16, "vfd_rpm_hz"},
     {462, NVS_U16, "vfd_run_reg"},
@@ -196,4 +199,6 @@ const struct nvs_key nvs_keys[SETTINGS_COUNT] = {
     {744, NVS_U8, "fault_in"},
     {745, NVS_U8, "fault_inv"},
     {746, NVS_U8, "drv_fault"},
+    {747, NVS_U8, "m1_in"},
+    {748, NVS_U8, "m1_inv"},
 };

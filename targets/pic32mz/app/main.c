@@ -8,6 +8,7 @@
 #include "chip_ganged.h"
 #include "hal/chip_hal.h"
 #include "io/charge_pump.h"
+#include "io/dial.h"
 #include "link/bus2.h"
 #include "link/uart3.h"
 #include "machine/parts.h"
@@ -80,6 +81,8 @@ static void start_machine(void) {
     board.pump = charge_pump_hal();
     board.bus = bus_init();
     board.vfd = board.bus != NULL ? &vfd : NULL;
+    board.dial = BOARD_HAS_DIAL ? dial_init() : NULL;
+    board.dial_state = BOARD_HAS_DIAL ? dial_state() : NULL;
     board.ganged = chip_ganged(&hal, &step_pins.gang);
     machine_init(&machine, &board, &hal, &hal.step, &out);
     follow_init(&follow, &machine, &hal);
@@ -87,6 +90,8 @@ static void start_machine(void) {
     uart_init(machine_rx(&machine));
     step_engine_attach(machine_step(&machine));
     inputs_attach(&hal.inputs, &machine);
+    if (BOARD_HAS_DIAL)
+        dial_attach();
 }
 
 /* What has to be done every ms. */

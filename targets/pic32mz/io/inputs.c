@@ -4,6 +4,7 @@
 #include "chip/clock.h"
 #include "chip/interrupts.h"
 #include "chip/system.h"
+#include "io/dial.h"
 #include "io/pin.h"
 #include "io/switch_timer.h"
 #include "machine/machine.h"
@@ -72,6 +73,8 @@ void on_edge(void) {
     }
     /* After the flags: an edge that comes after the reading sets them again. */
     take_sample(attached);
+    if (BOARD_HAS_DIAL)
+        dial_edge();
 }
 
 void on_switch_timer(void) {

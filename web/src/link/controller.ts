@@ -46,6 +46,9 @@ const PARKED = /^Parked:/;
 /** Lines are the job's again, or still: the job cannot be left here, or cannot be resumed with what was set. */
 const NOT_PARKED = /^Not (?:parked|resumed): (.+)$/;
 const NEEDS_RESET = /^Reset to continue/;
+const DRIVER_SAYS = /^Driver [XYZABC2 ]+: /;
+/** Rows of `$#`. */
+const OFFSET = /^(G\d[\d.]*|TLO|PRB)$/;
 
 const HOMING_CYCLES = TABLES.settings.filter((row) => /^homing_cycle_/.test(row.name)).map((row) => row.number);
 /** Another scale or another zero; motors without power. */
@@ -81,6 +84,8 @@ export class Controller {
   readonly accessories = signal("");
   /** A pendant has control: lines of others are refused. */
   readonly mpg = signal(false);
+  /** The last message about a motor driver; "": none since the controller has started. */
+  readonly driverSays = signal("");
   readonly alarm = signal<number | null>(null);
   readonly needsReset = signal(false);
   /** The program waits for this tool (M6); null: for none. */
@@ -242,6 +247,15 @@ export class Controller {
   /** Ask again now, and leave it out of the terminal: the signals have the answer when this resolves. */
   async refresh(...questions: readonly Question[]): Promise<void> {
     for (const question of questions) this.learn(question, await this.ask(question, true));
+  }
+
+  /** Ask for what only one card shows, and leave it out of the terminal. null: refused, or lines of others are under way. */
+  async query(question: "$DRIVERS" | "$SPINDLES"): Promise<readonly string[] | null> {
+    if (!this.commands.peek() || this.needsReset.peek() || !this.queue.idle || !this.mayAsk()) return null;
+    if (HELD.has(this.state.peek())) return null; // lines wait until it is over
+    if (question === "$SPINDLES" && !ANSWERS_IN.has(this.state.peek())) return null;
+    const answer = await this.ask(question, true);
+    return answer.kind === "ok" ? answer.said : null;
   }
 
   private ask(text: string, quiet: boolean): Promise<Answer> {
@@ -456,7 +470,7 @@ export class Controller {
     this.resetAsked = false;
     this.alarm.value = this.awaitedTool.value = null;
     this.needsReset.value = this.waitsForReport = this.parked.value = false;
-    this.notParked.value = "";
+    this.notParked.value = this.driverSays.value = "";
     this.askedAt = 0; // what was reported is old
     this.doubt(QUESTIONS);
     this.queue.forget();
@@ -492,7 +506,7 @@ export class Controller {
     else if (key === "OPT") {
       this.options.value = body;
       this.queue.capacity = (receiveBuffer(body) ?? SMALLEST_BUFFER + 1) - 1;
-    } else if (key !== "LOGIN" && key !== "TRUST") this.offsets.value = new Map(this.offsets.value).set(key, body);
+    } else if (OFFSET.test(key)) this.offsets.value = new Map(this.offsets.value).set(key, body);
   }
 
   private takeMessage(body: string): void {
@@ -509,6 +523,7 @@ export class Controller {
       this.notParked.value = notParked;
       this.unpark();
     }
+    if (DRIVER_SAYS.test(body)) this.driverSays.value = body;
     if (LOCKED.test(body)) this.locked.value = true;
     if (NOBODY.test(body)) this.role.value = "nobody";
     if (!OBSERVER.test(body) || NOBODY.test(body)) return;

@@ -261,7 +261,7 @@ const LAMPS: readonly [string, string][] = [
 ];
 
 /** "12000 rpm", "12000 rpm, measured 11950, 3.1 A". */
-function spindleWords(status: Status | null): string {
+export function spindleWords(status: Status | null): string {
   const words = [t`${(status?.speed ?? 0).toFixed(0)} rpm`];
   if (status && status.measured !== null) words.push(t`measured ${status.measured.toFixed(0)}`);
   if (status && status.ampere !== null) words.push(`${status.ampere.toFixed(1)} A`);

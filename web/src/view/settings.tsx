@@ -5,6 +5,7 @@ import { attempt, controller, noHoming } from "../app";
 import { defaultsText, exportText, readSettings, same } from "../link/settingsfile";
 import { findSetting, settingName, settingProblem, settingsOf, type Setting } from "../tables";
 import { ApplyDialog, changesOf, MachineChoice, missingText } from "./apply";
+import { later } from "./later";
 import { Button, Card, Check, Dialog, FileButton, Notice, saveFile } from "./parts";
 import { TrustCard } from "./trust";
 import { VibrationCard } from "./vibration";
@@ -31,9 +32,13 @@ const problems = computed(() =>
   }),
 );
 
+/** Only boards with such drives show them. */
+const Drives = later(async () => (await import("./drives")).Drives);
+
 export function SettingsTab(): JSX.Element {
   return (
     <div class="stack">
+      {current.value.size > 0 && <Drives />}
       <VibrationCard onUse={edit} />
       <SettingsCard />
       <TrustCard />
