@@ -163,8 +163,8 @@ void dial_read(struct machine *machine) {
     const int32_t detents = take_detents(dial, now.counts, machine->board.dial->counts_per_detent);
     if (detents == 0)
         return;
-    if (dial->locked || !is_selected(machine, &now) || !may_move(machine) ||
-        magnitude(detents) > DETENTS_MAX) {
+    if (dial->locked || !is_selected(machine, &now) || !may_move(machine) || detents > DETENTS_MAX ||
+        detents < -DETENTS_MAX) {
         ignore(machine);
         return;
     }
@@ -192,17 +192,18 @@ static double rounding_mm(const struct machine *machine, unsigned axis) {
     return 0.51 / (double)machine->drive.motion.plan.limits.steps_per_mm[axis];
 }
 
-/* Detents that may be added; one when the axis has arrived. */
-static int32_t room(const struct machine *machine) {
+/* Detents that may be added in this direction to the motion that leads to end_mm; one when nothing is left of
+ * it. */
+static int32_t room(const struct machine *machine, double end_mm, double direction) {
     const struct machine_dial *dial = machine->board.dial_state;
-    const double left_mm = fabs(way_left_mm(machine, dial->before_mm));
+    const double left_mm = (end_mm - dial->before_mm) * direction;
     const double v = feed_mm_s(machine, dial->axis);
     const double a = (double)machine->drive.motion.plan.limits.accel_mm_s2[dial->axis];
     const double bound_mm = v * v / (2.0 * a);
-    const bool rests = fabs(way_left_mm(machine, dial->at_mm)) <= rounding_mm(machine, dial->axis);
+    const bool arrived = (end_mm - dial->at_mm) * direction <= rounding_mm(machine, dial->axis);
     const double detents = floor((bound_mm - left_mm) / dial->step_mm + ALIKE);
     if (detents < 1.0)
-        return rests ? 1 : 0;
+        return arrived ? 1 : 0;
     return detents < (double)DETENTS_MAX ? (int32_t)detents : DETENTS_MAX;
 }
 
@@ -291,21 +292,44 @@ static void stand(struct machine *machine) {
     machine_position(machine, dial->end_steps);
 }
 
-/* ... to `goal` and what is wanted of it. */
-static void go(struct machine *machine, int32_t wanted) {
+/* As aim(), for as many of them as the travel has. By halves: a bound of thousands of detents must not keep
+ * the task from what stops motion. @return false: the axis is there already */
+static bool aim_within(struct machine *machine, int32_t *more) {
+    int32_t inside = 0, outside = *more;
+    if (aim(machine, *more))
+        return true;
+    while (magnitude(outside - inside) > 1) {
+        const int32_t middle = inside + (outside - inside) / 2;
+        if (aim(machine, middle))
+            inside = middle;
+        else
+            outside = middle;
+    }
+    *more = inside;
+    return aim(machine, inside);
+}
+
+/* To `goal` and what is wanted; the rest of it is dropped. */
+static void go(struct machine *machine) {
     struct machine_dial *dial = machine->board.dial_state;
-    int32_t more = wanted;
+    const int32_t wanted = dial->wanted;
+    const double goal_mm = dial->start_mm + (double)dial->goal * dial->step_mm;
+    const int32_t most = wanted != 0 ? room(machine, goal_mm, wanted > 0 ? 1.0 : -1.0) : 0;
+    const int32_t taken = wanted > most ? most : wanted < -most ? -most : wanted;
+    int32_t more = taken;
+    drop(machine, wanted - taken);
     dial->wanted = 0;
-    while (more != 0 && !aim(machine, more))
-        more -= more > 0 ? 1 : -1;
-    dial->ends = dial->ends || more != wanted;
-    if (more != wanted)
+    const bool somewhere = taken != 0 || fabs(way_left_mm(machine, goal_mm)) > 0.0;
+    const bool moves = somewhere && aim_within(machine, &more);
+    dial->ends = dial->ends || more != taken;
+    if (more != taken)
         dial_talk_soon(machine);
-    if (more == 0)
+    if (!moves)
         return;
     const double *target_mm = machine->task.command.move.target_mm;
     dial->goal += more;
-    if (fabs(target_mm[dial->axis] - dial->start_mm - (double)dial->goal * dial->step_mm) > 0.0) {
+    const double short_mm = target_mm[dial->axis] - dial->start_mm - (double)dial->goal * dial->step_mm;
+    if (fabs(short_mm) > ALIKE * dial->step_mm) {
         dial->start_mm = target_mm[dial->axis]; /* $56: the end of the travel is between two detents */
         dial->goal = 0;
         dial->ends = true;
@@ -338,7 +362,7 @@ static bool end(struct machine *machine) {
         return false;
     if (dial->turns_back && may_move(machine)) {
         stand(machine);
-        go(machine, dial->wanted);
+        go(machine);
         return true;
     }
     if (!machine->park.open && machine->life.state == MACHINE_IDLE)
@@ -369,9 +393,6 @@ bool dial_poll(struct machine *machine) {
         turn_back(machine);
         return true;
     }
-    const int32_t most = room(machine), wanted = dial->wanted;
-    const int32_t taken = wanted > most ? most : wanted < -most ? -most : wanted;
-    drop(machine, wanted - taken);
-    go(machine, taken);
+    go(machine);
     return true;
 }

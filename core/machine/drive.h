@@ -18,6 +18,8 @@ struct machine_drive {
     struct motion motion;
     struct prep prep;
     struct step step;
+    uint32_t late_seen;              /* motion.ahead.late at the last poll */
+    uint32_t late_dial;              /* of it, what is no underrun: its end grew while it was published */
     uint32_t late_told;              /* underruns that were reported */
     struct machine_timer late_quiet; /* ... and none are until this is over */
     uint32_t started_us;             /* of the motion side: when the step timer was started last */

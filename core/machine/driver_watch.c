@@ -8,10 +8,12 @@
 #include "machine/place.h"
 #include "machine/trip.h"
 
-/* Those that are lost answer again. */
+/* Those that are lost answer again. What is over is forgotten, and is new when it comes back. */
 static bool tell_found(struct machine *machine) {
     struct machine_drivers *drivers = machine->board.drivers;
     unsigned found = 0;
+    if (motor_drivers_are_noisy(machine))
+        return false;
     for (unsigned n = 0; n < drivers->set.count; n++) {
         const uint16_t problems = motor_drivers_problems(machine, n);
         if ((drivers->told[n] & DRIVER_LOST) != 0 && (problems & DRIVER_LOST) == 0 &&
@@ -21,9 +23,11 @@ static bool tell_found(struct machine *machine) {
             continue; /* ... until then */
         drivers->told[n] &= problems;
     }
-    if (found != 0)
-        driver_list_message(machine, found, "it answers again");
-    return found != 0;
+    if (found == 0)
+        return false;
+    driver_list_message(machine, found, "it answers again");
+    motor_drivers_count_message(machine);
+    return true;
 }
 
 /* By SPI, a driver without a current is off. */

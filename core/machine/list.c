@@ -158,8 +158,7 @@ void list_build(struct machine *machine) {
     text_string(&machine->out, ",");
     text_int(&machine->out, RX_SIZE);
     text_string(&machine->out, "]\r\n");
-    if (machine->drive.motion.ahead.late > 0)
-        report_underruns(machine);
+    report_underruns(machine);
     report_gaps(machine);
 }
 

@@ -142,11 +142,14 @@ bool machine_poll_motion(struct machine *machine) {
 static void tell_late(struct machine *machine) {
     machine->drive.late_quiet.on =
         timer_runs(machine, &machine->drive.late_quiet); /* before the clock wraps */
+    const uint32_t fresh = machine->drive.motion.ahead.late - machine->drive.late_seen;
+    machine->drive.late_seen += fresh;
     if (dial_moves(machine))
-        machine->drive.late_told = machine->drive.motion.ahead.late;
-    if (machine->drive.late_told == machine->drive.motion.ahead.late || machine->drive.late_quiet.on)
+        machine->drive.late_dial += fresh;
+    const uint32_t underruns = machine->drive.late_seen - machine->drive.late_dial;
+    if (machine->drive.late_told == underruns || machine->drive.late_quiet.on)
         return;
-    machine->drive.late_told = machine->drive.motion.ahead.late;
+    machine->drive.late_told = underruns;
     report_underruns(machine);
     timer_start(machine, &machine->drive.late_quiet, LATE_QUIET_US);
 }

@@ -7,7 +7,9 @@
 
 #include <string.h>
 
-#define GATHER_US      150000u /* what has one cause is reported in one message */
+#define GATHER_US      150000u  /* what has one cause is reported in one message */
+#define RECENT_US      5000000u /* a loose plug makes a hundred faults a second; so many messages ... */
+#define RECENT_MAX     4        /* ... in this time, then only of faults that are not reported yet */
 #define STEALTH_ALWAYS UINT16_MAX
 #define SLOW_STEPS_S   100.0f /* full steps: half a turn of a motor with 200 */
 
@@ -160,6 +162,22 @@ bool motor_drivers_is_faulty(const struct machine *machine) {
     return false;
 }
 
+void motor_drivers_count_message(struct machine *machine) {
+    struct machine_drivers *drivers = machine->board.drivers;
+    if (!drivers->recent.on) {
+        timer_start(machine, &drivers->recent, RECENT_US);
+        drivers->messages = 0;
+    }
+    if (drivers->messages < RECENT_MAX)
+        drivers->messages++;
+}
+
+bool motor_drivers_are_noisy(struct machine *machine) {
+    struct machine_drivers *drivers = machine->board.drivers;
+    drivers->recent.on = timer_runs(machine, &drivers->recent); /* before the clock wraps */
+    return drivers->recent.on && drivers->messages == RECENT_MAX;
+}
+
 bool motor_drivers_tell(struct machine *machine, bool now) {
     struct machine_drivers *drivers = machine->board.drivers;
     unsigned any = 0;
@@ -174,6 +192,7 @@ bool motor_drivers_tell(struct machine *machine, bool now) {
     if (any == 0 || (!now && timer_runs(machine, &drivers->gather)))
         return false;
     driver_list_problems(machine, drivers->pending);
+    motor_drivers_count_message(machine);
     for (unsigned n = 0; n < drivers->set.count; n++)
         drivers->told[n] |= drivers->pending[n];
     memset(drivers->pending, 0, sizeof drivers->pending);

@@ -19,7 +19,9 @@ struct machine_drivers {
     bool off_told;                      /* that drivers have no current yet */
     bool due;                           /* a problem is new: others may follow within `gather` */
     struct machine_timer gather;
-    bool stops; /* motion stops, and an alarm follows */
+    struct machine_timer recent; /* messages are counted ... */
+    uint8_t messages;            /* ... in this time */
+    bool stops;                  /* motion stops, and an alarm follows */
     struct machine_trip trip;
 };
 
@@ -70,5 +72,11 @@ uint16_t motor_drivers_fresh(uint16_t problems, uint16_t before);
 /** Report what is new, when what has the same cause is there. @param now  do not wait for that
  *  @return true when something was printed */
 bool motor_drivers_tell(struct machine *machine, bool now);
+
+/** A message was printed. */
+void motor_drivers_count_message(struct machine *machine);
+
+/** There were so many lately that what comes and goes is not reported again for a while. */
+bool motor_drivers_are_noisy(struct machine *machine);
 
 #endif

@@ -29,9 +29,12 @@ void report_not_homed(struct machine *machine) {
 }
 
 void report_underruns(struct machine *machine) {
+    const uint32_t times = machine->drive.late_seen - machine->drive.late_dial;
+    if (times == 0)
+        return;
     text_string(&machine->out, "[MSG:Motion slowed down because the controller was busy: ");
-    text_int(&machine->out, (int32_t)machine->drive.motion.ahead.late);
-    text_string(&machine->out, machine->drive.motion.ahead.late == 1 ? " time]\r\n" : " times]\r\n");
+    text_int(&machine->out, (int32_t)times);
+    text_string(&machine->out, times == 1 ? " time]\r\n" : " times]\r\n");
 }
 
 void report_gaps(struct machine *machine) {

@@ -3,7 +3,21 @@
 from __future__ import annotations
 
 import pytest
-from driver_grbl import GCONF, HOT, KINDS, SGTHRS, SHORT, STEPS_MM, TCOOLTHRS, TMC2209, UNWIRED, DriverGrbl, make
+from driver_grbl import (
+    COOLCONF,
+    COOLCONF_2209,
+    GCONF,
+    HOT,
+    KINDS,
+    SGTHRS,
+    SHORT,
+    STEPS_MM,
+    TCOOLTHRS,
+    TMC2209,
+    UNWIRED,
+    DriverGrbl,
+    make,
+)
 from wificnc.sim.native import Tasks
 
 HOMING = ("$22=1", "$23=0", "$24=1500", "$25=2400", "$26=10", "$27=2", "$44=7", "$45=0")
@@ -120,3 +134,36 @@ def test_diag_that_is_always_there_ends_after_a_pull_off() -> None:
     assert "ALARM:8\r\n" in grbl.after(40.0, "$HX\n")
     assert abs(grbl.position()[0]) <= 3 * STEPS_MM
     assert "|H:0,0>" in grbl.status()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_with_hard_limits_a_stall_is_the_end_while_it_homes_and_nothing_in_a_job(kind: int) -> None:
+    """$21=1: DIAG is a limit input, and on for a stall. The place is as without, and a job leaves it and returns."""
+    grbl = ready(kind, "$21=1")
+    said = grbl.after(40.0, "$H\n")
+    assert "ok\r\n" in said and "ALARM" not in said, said
+    home = grbl.stands()[:3]
+    assert [round(steps / STEPS_MM, 1) for steps in home] == [HIGH / STEPS_MM - 2] * 3
+    assert grbl.after(20.0, "G91\nG1X-30Y-30F3000\nG1X30Y30F3000\n") == "ok\r\n" * 3
+    assert grbl.state() == "Idle"
+    assert grbl.stands()[:3] == home
+    grbl.close()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_cool_step_is_on_in_a_job_and_a_job_does_not_change_it(kind: int) -> None:
+    coolconf = COOLCONF_2209 if kind == TMC2209 else COOLCONF
+    grbl = make(kind, "$240=5", "$21=1")
+    assert grbl.after(0.5, "G91\nG1X50F3000\n") == "ok\r\n" * 2
+    assert grbl.state() == "Run"
+    assert grbl.register(0, coolconf) & 15 == 5
+    assert grbl.register(0, TCOOLTHRS) != 0, "coolStep needs a slowest speed"
+    assert grbl.register(1, coolconf) & 15 == 0
+    assert grbl.after(0.1, "$240=3\n") == "error:8\r\n"
+    assert grbl.register(0, coolconf) & 15 == 5
+    grbl.after(3.0)
+    assert grbl.state() == "Idle"
+    assert grbl.position()[0] == grbl.stands()[0] == 50 * STEPS_MM
+    assert grbl.after(0.5, "$240=3\n") == "ok\r\n"
+    assert grbl.register(0, coolconf) & 15 == 3
+    grbl.close()

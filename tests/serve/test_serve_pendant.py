@@ -265,3 +265,48 @@ def test_a_pendant_at_a_serial_port(serve: Serve) -> None:
     finally:
         os.close(slave)
         os.close(master)
+
+
+def test_an_mpg_that_has_returned_control_is_not_read(serve: Serve) -> None:
+    """It may look and stop, as before it took control; the next 0x8B takes control again."""
+    server = serve(speed=1.0, pendant=TCP, pendant_kind="mpg", settings=HOMES)
+    with Peer.tcp(server.tcp or "") as sender, pendant_of(server) as peer:
+        assert sender.ask("G21")[-1] == "ok"
+        mpg = FluidDial(peer)
+        mpg.key(MPG)
+        peer.until("in control")
+        assert mpg.line("$J=G91 X1 F600")[-1] == "ok"
+        assert peer.idle_position_mm()[0] == 1.0
+        mpg.key(MPG)
+        peer.until("released")
+        for line in ("$J=G91 X5 F600", "G0 X9", "$H", "G10 L20 P0 X0"):
+            assert mpg.line(line)[-1] == BUSY, line
+        peer.send("?")
+        peer.until("^<Idle")
+        assert place_mm(sender) == [1.0, 0.0, 0.0]
+        assert sender.ask("G1 X20 F1200")[-1] == "ok"
+        mpg.key(HOLD)
+        peer.send("?")
+        peer.until("^<Hold")
+        mpg.key(RESUME)
+        assert place_mm(sender)[0] == 20.0
+        mpg.key(MPG)
+        peer.until("in control")
+        assert mpg.line("$J=G91 X1 F600")[-1] == "ok"
+
+
+def test_what_an_mpg_has_queued_when_it_returns_control_is_not_done_later(serve: Serve) -> None:
+    server = serve(speed=1.0, pendant=TCP, pendant_kind="mpg", settings=HOMES)
+    with Peer.tcp(server.tcp or "") as sender, pendant_of(server) as peer:
+        sender.ask("")
+        mpg = FluidDial(peer)
+        mpg.key(MPG)
+        peer.until("in control")
+        assert mpg.line(FAR_JOG)[-1] == "ok"
+        peer.send(b"$J=G91 X300 F2000\n" * 3 + bytes([MPG]) + b"$J=G91 Y5 F2000\n")
+        for _ in range(4):
+            peer.until("^(ok|error)")
+        stopped = place_mm(sender)
+        assert stopped[0] < 399.0 and stopped[1] == 0.0
+        assert sender.ask("G4 P0.2")[-1] == "ok"
+        assert place_mm(sender) == stopped
