@@ -125,6 +125,19 @@ def test_a_fault_is_exit_code_1_with_its_name(server: Server) -> None:
     hands(server, "driver x ok")
 
 
+def test_in_a_hold_it_names_the_hold(server: Server) -> None:
+    """Drivers are asked by a line, and a hold keeps lines waiting; the fault itself may be why it holds."""
+    host, _, port = (server.tcp or "").rpartition(":")
+    with socket.create_connection((host, int(port)), HANG_S) as sender, sender.makefile() as reports:
+        sender.sendall(b"$X\nM0\n")
+        while "<Hold" not in (line := reports.readline()):
+            assert line
+            sender.sendall(b"?")
+    with pytest.raises(RefusedError, match="is in state Hold") as caught:
+        run("--take")
+    assert caught.value.hint
+
+
 def test_a_board_without_drivers_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
     with serve("host") as running:
         monkeypatch.setenv("WIFICNC_TO", f"{running.tcp}")

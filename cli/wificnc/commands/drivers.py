@@ -81,7 +81,7 @@ def change(client: Client, motor: str, assignments: Sequence[str], steps: bool, 
     wanted = parse(assignments, axis)
     if current := wanted.get(number_of("current_ma", axis)):
         check_current(current, same_axis(client, axis, before))
-    warnings = take_microsteps(wanted, driver, axis, before, steps)
+    warnings = take_microsteps(wanted, axis, before, steps)
     changes = sending_order([Change(n, name_of(n), "", before.get(n), value) for n, value in wanted.items()])
     if refused := out_of_range(changes):
         raise UserError("\n".join(["nothing was changed:", *refused]))
@@ -95,7 +95,7 @@ def change(client: Client, motor: str, assignments: Sequence[str], steps: bool, 
     return written(client, axis, after)
 
 
-def take_microsteps(wanted: dict[int, str], driver: Driver, axis: int, before: Values, steps: bool) -> list[str]:
+def take_microsteps(wanted: dict[int, str], axis: int, before: Values, steps: bool) -> list[str]:
     """Steps/mm that go with other microsteps, if they are to change, too. @return what the user must know. Raises
     UserError: the controller would refuse them, and have the steps/mm by then."""
     number, scaled = number_of("microsteps", axis), load_settings()["steps_per_mm"].number + axis
@@ -108,9 +108,9 @@ def take_microsteps(wanted: dict[int, str], driver: Driver, axis: int, before: V
         known = ", ".join(map(str, MICROSTEPS))
         raise UserError(f"microsteps are {known}, not {wanted[number]}", hint="nothing was changed")
     wanted[number] = f"{microsteps:.0f}"
-    if microsteps == driver.microsteps:
+    if microsteps == float(before[number]):
         return []
-    now = scaled_steps(before[scaled], driver.microsteps, int(microsteps))
+    now = scaled_steps(before[scaled], int(before[number]), int(microsteps))
     lost = "with other microsteps the position is lost: home the machine again"
     if steps:
         wanted[scaled] = now
