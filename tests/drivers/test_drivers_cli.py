@@ -50,6 +50,10 @@ def shown(*arguments: str) -> list[dict[str, object]]:
     return found
 
 
+def steps_per_mm(axis: str) -> float:
+    return float(CliRunner().invoke(root, ["settings", "get", f"steps_per_mm.{axis}"]).stdout)
+
+
 def test_it_shows_each_driver(server: Server) -> None:
     rows = shown()
     assert [(row["name"], row["chip"], row["place"]) for row in rows] == [
@@ -71,8 +75,7 @@ def test_settings_by_name_are_written_and_verified(server: Server) -> None:
 
 def test_microsteps_keep_a_millimetre_with_steps(server: Server) -> None:
     run("y", "microsteps=32", "--steps")
-    first = CliRunner().invoke(root, ["settings", "get", "steps_per_mm.y"]).stdout.strip()
-    assert float(first) == 2 * 250.0
+    assert steps_per_mm("y") == 2 * 250.0
     result = run("y", "microsteps=16")
     assert "250.000 goes with 16 microsteps: --steps" in result.stderr
     assert "home the machine again" in result.stderr
@@ -87,6 +90,11 @@ def test_microsteps_keep_a_millimetre_with_steps(server: Server) -> None:
         (("x", "current_ma=much"), "is not an assignment"),
         (("x", "current_ma=958"), "the sense resistor of driver X allows at most 957 mA"),
         (("x", "hold_pct=101"), "must be 0 to 100"),
+        (("x", "microsteps=257"), "microsteps are 1, 2, 4, 8, 16, 32, 64, 128, 256, not 257"),
+        (("x", "hold_pct=40", "hold_pct=60"), "hold_pct is given twice"),
+        (("x", "--steps"), "--steps needs microsteps"),
+        (("x", "hold_pct=40", "--steps"), "--steps needs microsteps"),
+        (("hold_pct=40",), "the motor is missing"),
     ],
 )
 def test_what_is_wrong_is_said_and_nothing_changed(server: Server, words: tuple[str, ...], why: str) -> None:
@@ -96,9 +104,16 @@ def test_what_is_wrong_is_said_and_nothing_changed(server: Server, words: tuple[
     assert {row["state"] for row in shown()} == {"not written"}
 
 
-def test_the_controller_refuses_other_microsteps_than_powers_of_two(server: Server) -> None:
-    with pytest.raises(RefusedError, match="error:197"):
-        run("x", "microsteps=20")
+def test_other_microsteps_than_powers_of_two_change_no_steps_per_mm(server: Server) -> None:
+    with pytest.raises(UserError, match="microsteps are 1, 2, 4, 8, 16"):
+        run("x", "microsteps=20", "--steps")
+    assert steps_per_mm("x") == 250.0
+
+
+def test_microsteps_may_be_written_as_a_decimal_number(server: Server) -> None:
+    result = run("x", "microsteps=32.0", "--steps")
+    assert "home the machine again" in result.stderr
+    assert steps_per_mm("x") == 2 * 250.0
 
 
 def test_a_fault_is_exit_code_1_with_its_name(server: Server) -> None:
@@ -108,6 +123,19 @@ def test_a_fault_is_exit_code_1_with_its_name(server: Server) -> None:
         for _ in range(1000):
             run()
     hands(server, "driver x ok")
+
+
+def test_in_a_hold_it_names_the_hold(server: Server) -> None:
+    """Drivers are asked by a line, and a hold keeps lines waiting; the fault itself may be why it holds."""
+    host, _, port = (server.tcp or "").rpartition(":")
+    with socket.create_connection((host, int(port)), HANG_S) as sender, sender.makefile() as reports:
+        sender.sendall(b"$X\nM0\n")
+        while "<Hold" not in (line := reports.readline()):
+            assert line
+            sender.sendall(b"?")
+    with pytest.raises(RefusedError, match="is in state Hold") as caught:
+        run("--take")
+    assert caught.value.hint
 
 
 def test_a_board_without_drivers_says_so(monkeypatch: pytest.MonkeyPatch) -> None:

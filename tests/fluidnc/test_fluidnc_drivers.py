@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from driver_grbl import TMC2130, TMC2209, TMC5160, DriverGrbl
 from wificnc.board.load import check_board
 from wificnc.fluidnc.convert import import_fluidnc
 from wificnc.fluidnc.remarks import Kind
@@ -62,8 +63,9 @@ def test_tmc2209_on_a_uart_get_bus_address_and_settings(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("chained", [True, False])
 def test_spi_drivers_get_a_chain_or_selects_of_their_own(tmp_path: Path, chained: bool) -> None:
+    # FluidNC refuses a chain whose cs_pin is there more than once.
     more = (
-        [f"cs_pin: gpio.17; spi_index: {n}" for n in (1, 2, 3)]
+        ["cs_pin: gpio.17; spi_index: 1", "spi_index: 2", "spi_index: 3"]
         if chained
         else [f"cs_pin: gpio.{n}" for n in (17, 21, 22)]
     )
@@ -96,6 +98,34 @@ def test_what_cannot_be_reached_is_a_plain_driver_with_the_reason(
     assert why in losses(path)
     assert not imported.refused
     assert "step" in imported.board["axis"]["x"]
+
+
+def test_the_last_of_a_chain_may_have_its_select_line(tmp_path: Path) -> None:
+    path = config(tmp_path, "tmc_5160", SPI, "spi_index: 3", "spi_index: 2", "cs_pin: gpio.17; spi_index: 1")
+    imported = import_fluidnc(path)
+    assert imported.board["driver_bus"]["cs"] == {"pin": "GPIO17", "active": "low"}
+    assert [driver["place"] for driver in imported.board["driver"].values()] == [2, 1, 0]
+
+
+@pytest.mark.parametrize(("kind", "number"), [("tmc_5160", TMC5160), ("tmc_2130", TMC2130), ("tmc_2209", TMC2209)])
+def test_a_current_above_that_of_the_sense_resistor_is_cut_off(tmp_path: Path, kind: str, number: int) -> None:
+    more = "uart_num: 1; addr: 0" if kind == "tmc_2209" else "cs_pin: gpio.5"
+    path = config(tmp_path, kind, UART if kind == "tmc_2209" else SPI, more)
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("1.200", "4").replace("r_sense_ohms: 0.110", ""), encoding="utf-8")
+    grbl = DriverGrbl(number)
+    grbl.after(0.5)
+    most_ma = int(grbl.rows()[0][5])
+    imported = import_fluidnc(path)
+    assert imported.machine["axis"]["x"]["driver_current_ma"] == most_ma
+    assert "4000 mA: a sense resistor of" in "\n".join(imported.remarks.lines(Kind.CHANGED))
+
+
+def test_homing_without_a_switch_and_with_a_current_of_its_own_are_named(tmp_path: Path) -> None:
+    more = "uart_num: 1; addr: 0; homing_mode: StallGuard; homing_amps: 0.500"
+    path = config(tmp_path, "tmc_2209", UART, more)
+    assert "homing by StallGuard: wire DIAG" in losses(path)
+    assert "0.5 A: an axis homes with" in "\n".join(import_fluidnc(path).remarks.lines(Kind.CHANGED))
 
 
 def gantry(folder: Path, *, current: str = "1.200", addr: int = 3) -> Path:

@@ -143,3 +143,17 @@ def test_a_format_that_is_not_here_is_a_change(tmp_path: Path) -> None:
 def test_a_second_spindle_is_lost(tmp_path: Path) -> None:
     imported = converted(tmp_path, "Huanyang:\n  uart_num: 1\nLaser:\n  output_pin: gpio.25\n")
     assert any(line.startswith("laser ") and "second spindle" in line for line in imported.remarks.lines(Kind.LOST))
+
+
+def test_without_a_speed_map_the_range_of_the_drive_is_that_of_the_configuration(tmp_path: Path) -> None:
+    imported = converted(tmp_path, OWN[: OWN.index("  speed_map")])
+    assert (imported.machine["spindle"]["max_rpm"], imported.machine["spindle"]["min_rpm"]) == (24000, 3000)
+    assert "$30" not in "\n".join(imported.remarks.lines(Kind.CHANGED))
+
+
+@pytest.mark.parametrize("spindle", ["H2A:\n  uart_num: 1\n", "H2A:\n  uart_num: 1\n  max_RPM: 4294967295\n"])
+def test_a_speed_that_fluidnc_reads_from_the_drive_is_to_be_set(tmp_path: Path, spindle: str) -> None:
+    """$30 would stay at 1000 rpm, and each S above would be that."""
+    imported = converted(tmp_path, spindle)
+    assert "max_rpm" not in imported.machine["spindle"]
+    assert "set $30" in "\n".join(imported.remarks.lines(Kind.CHANGED))

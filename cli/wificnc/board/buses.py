@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Literal
 
 from pydantic import Field
@@ -119,6 +120,12 @@ class Driver(Strict):
     @property
     def sense(self) -> int:
         return self.sense_mohm or (75 if self.kind == "tmc5160" else 110)
+
+    @property
+    def current_max_ma(self) -> int:
+        """rms, that its sense resistor allows, as $DRIVERS prints it: tmc_current_max_ma() of core/drivers/tmc.c."""
+        full_mv, more_mohm = {"tmc2209": (325, 20), "tmc5160": (325, 0), "tmc2130": (320, 20)}[self.kind]
+        return int(1000 * full_mv / ((self.sense + more_mohm) * math.sqrt(2)))
 
 
 class Drivers(Strict):

@@ -21,6 +21,7 @@ from wificnc.protocol import load_settings
 
 WRITTEN_S = 5.0  # a driver that answers has its registers within a second
 LOOK_S = 0.1
+MICROSTEPS = tuple(1 << power for power in range(9))
 STYLES = {"verified": "green", "not written": "dim", "being written": "yellow"}
 
 
@@ -36,7 +37,7 @@ def command(motor: str | None, assignments: tuple[str, ...], steps: bool, target
 
     Exit code 1 if one of them has a fault, or did not take what was written.
     """
-    if not assignments:
+    if not assignments and not steps:
         with connected(target) as client:
             client.synchronise()
             shown = chosen(read_drivers(client), motor)
@@ -65,6 +66,9 @@ def chosen(drivers: Sequence[Driver], motor: str | None) -> list[Driver]:
     found = [driver for driver in drivers if motor is None or driver.name == motor.upper()]
     if not found:
         known = ", ".join(driver.name for driver in drivers)
+        if not motor or "=" in motor:
+            like = f"{drivers[0].name.lower()} {motor or 'current_ma=800'}"
+            raise UserError("the motor is missing", hint=f"like wificnc drivers {like}")
         raise UserError(f"no motor {motor} has a driver with registers", hint=f"one of: {known}")
     return found
 
@@ -74,21 +78,15 @@ def change(client: Client, motor: str, assignments: Sequence[str], steps: bool, 
     (driver,) = chosen(read_drivers(client), motor)
     before = client.settings()
     axis = settings_axis(driver.name, before)
-    wanted = {number_of(*pair): value for pair, value in parse(assignments, axis)}
+    wanted = parse(assignments, axis)
     if current := wanted.get(number_of("current_ma", axis)):
         check_current(current, same_axis(client, axis, before))
-    microsteps = wanted.get(number_of("microsteps", axis))
-    scaled = load_settings()["steps_per_mm"].number + axis
-    if microsteps is not None and microsteps.isdigit() and int(microsteps) != driver.microsteps:
-        now = scaled_steps(before[scaled], driver.microsteps, int(microsteps))
-        if steps:
-            wanted[scaled] = now
-        else:
-            ui.warn(f"{name_of(scaled)} stays {before[scaled]}; {now} goes with {microsteps} microsteps: --steps")
-        ui.warn("with other microsteps the position is lost: home the machine again")
+    warnings = take_microsteps(wanted, axis, before, steps)
     changes = sending_order([Change(n, name_of(n), "", before.get(n), value) for n, value in wanted.items()])
     if refused := out_of_range(changes):
         raise UserError("\n".join(["nothing was changed:", *refused]))
+    for warning in warnings:
+        ui.warn(warning)
     apply(client, changes)
     after = client.settings()
     show_changes(differences(before, after))
@@ -97,8 +95,32 @@ def change(client: Client, motor: str, assignments: Sequence[str], steps: bool, 
     return written(client, axis, after)
 
 
-def parse(assignments: Sequence[str], axis: int) -> list[tuple[tuple[str, int], str]]:
-    found = []
+def take_microsteps(wanted: dict[int, str], axis: int, before: Values, steps: bool) -> list[str]:
+    """Steps/mm that go with other microsteps, if they are to change, too. @return what the user must know. Raises
+    UserError: the controller would refuse them, and have the steps/mm by then."""
+    number, scaled = number_of("microsteps", axis), load_settings()["steps_per_mm"].number + axis
+    if number not in wanted:
+        if steps:
+            raise UserError("--steps needs microsteps", hint="nothing was changed; like microsteps=32 --steps")
+        return []
+    microsteps = float(wanted[number])
+    if microsteps not in MICROSTEPS:
+        known = ", ".join(map(str, MICROSTEPS))
+        raise UserError(f"microsteps are {known}, not {wanted[number]}", hint="nothing was changed")
+    wanted[number] = f"{microsteps:.0f}"
+    if microsteps == float(before[number]):
+        return []
+    now = scaled_steps(before[scaled], int(before[number]), int(microsteps))
+    lost = "with other microsteps the position is lost: home the machine again"
+    if steps:
+        wanted[scaled] = now
+        return [lost]
+    return [f"{name_of(scaled)} stays {before[scaled]}; {now} goes with {wanted[number]} microsteps: --steps", lost]
+
+
+def parse(assignments: Sequence[str], axis: int) -> dict[int, str]:
+    """Number of the setting -> value. Raises UserError."""
+    found: dict[int, str] = {}
     for assignment in assignments:
         name, equals, value = assignment.partition("=")
         try:
@@ -107,7 +129,10 @@ def parse(assignments: Sequence[str], axis: int) -> list[tuple[tuple[str, int], 
             equals = ""
         if not equals:
             raise UserError(f"{assignment!r} is not an assignment", hint="NAME=VALUE, like current_ma=800")
-        found.append(((name.strip(), axis), value.strip()))
+        number = number_of(name.strip(), axis)
+        if number in found:
+            raise UserError(f"{name.strip()} is given twice", hint="nothing was changed")
+        found[number] = value.strip()
     return found
 
 

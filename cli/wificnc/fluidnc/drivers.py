@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from wificnc.board.buses import Driver
 from wificnc.fluidnc.pins import SHIFTED, Pin, take_pin
 from wificnc.fluidnc.remarks import Remarks
 from wificnc.fluidnc.tree import Section
@@ -52,10 +53,22 @@ def read_driver(part: Section, kind: str, remarks: Remarks) -> DriverFacts | Non
     }
     if mode == "stealthchop":
         profile["driver_stealth_mm_min"] = _STEALTH
+    _report_homing(part, run, remarks)
     address, index, uart = part.whole("addr"), part.whole("spi_index"), part.whole("uart_num")
     part.skip_all()
     mohm = round(sense * _MOHM) if sense else None
     return DriverFacts(KINDS[kind], part.path, part.line, address, cs, index, uart, mohm, profile)
+
+
+def _report_homing(part: Section, run_amps: float, remarks: Remarks) -> None:
+    """What it sets for homing alone, if that is something else than in a job."""
+    if (part.take("homing_mode") or "").lower() == "stallguard":
+        why = "homing by StallGuard: wire DIAG, and set $22, $24, $25 and $250 (docs/drivers.md)"
+        remarks.lost(f"{part.path}.homing_mode", part.line_of("homing_mode"), why)
+    homing = part.number("homing_amps")
+    if homing and homing != run_amps:
+        why = f"{homing:g} A: an axis homes with the current of a job, $140"
+        remarks.changed(f"{part.path}.homing_amps", part.line_of("homing_amps"), why)
 
 
 def take_drivers(root: Section, axes: Sequence[Any], remarks: Remarks) -> dict[str, Any]:
@@ -72,9 +85,21 @@ def take_drivers(root: Section, axes: Sequence[Any], remarks: Remarks) -> dict[s
             _lose(found, name, remarks, "all drivers with registers are on one bus")
     bus = _uart(root, found, remarks) if uart else _spi(root, found, remarks)
     made = {name: _driver(driver, uart, bus) for name, driver in found.items()}
+    for driver in found.values():
+        _limit_current(driver, remarks)
     for facts in axes:
         _take_profile(facts, found, remarks)
     return {"driver_bus": bus, "driver": made} if made else {}
+
+
+def _limit_current(facts: DriverFacts, remarks: Remarks) -> None:
+    """What the sense resistor does not allow the controller refuses, and FluidNC cuts off."""
+    row = Driver(kind=facts.kind, sense_mohm=facts.sense_mohm)
+    wanted = facts.profile["driver_current_ma"]
+    if wanted > row.current_max_ma:
+        facts.profile["driver_current_ma"] = row.current_max_ma
+        why = f"{wanted} mA: a sense resistor of {row.sense} mOhm allows at most {row.current_max_ma} mA"
+        remarks.changed(f"{facts.path}.run_amps", facts.line, why)
 
 
 def _name(facts: Any, driver: DriverFacts) -> str:
@@ -140,14 +165,17 @@ def _spi(root: Section, found: dict[str, DriverFacts], remarks: Remarks) -> dict
     drivers = list(found.values())
     chained = all(driver.spi_index > 0 for driver in drivers)
     places = sorted(driver.spi_index for driver in drivers)
+    # The drivers of a chain have one select line, which the first of them names.
+    select = next((driver.cs for driver in drivers if driver.cs), None)
     for name, driver in list(found.items()):
+        cs = select if chained else driver.cs
         if None in pins.values():
             _lose(found, name, remarks, "spi lacks mosi_pin, miso_pin or sck_pin")
-        elif driver.cs is None or driver.cs.name.startswith(SHIFTED):
+        elif cs is None or cs.name.startswith(SHIFTED):
             _lose(found, name, remarks, "its cs_pin is an output of a shift register, or missing")
         elif chained and places != list(range(1, len(places) + 1)):
             _lose(found, name, remarks, "the chain has drivers that drive no motor here")
     bus: dict[str, Any] = {"spi": _SPI_CONTROLLER, **{key: pin.output() for key, pin in pins.items() if pin}}
-    if chained and drivers and drivers[0].cs:
-        bus["cs"] = {"pin": drivers[0].cs.name, "active": "low"}
+    if chained and select:
+        bus["cs"] = {"pin": select.name, "active": "low"}
     return bus

@@ -8,7 +8,7 @@ from typing import Any
 from wificnc.fluidnc.pins import take_pin
 from wificnc.fluidnc.remarks import Remarks
 from wificnc.fluidnc.tree import Section
-from wificnc.fluidnc.vfd import MODELS, UNKNOWN, read_vfd
+from wificnc.fluidnc.vfd import MODELS, UNKNOWN, read_range, read_vfd
 
 TAKEN = ("pwm", "laser", "relay", "onoff", "10v")
 _NO_OTHER = "is a second spindle: one at a time here"
@@ -72,7 +72,7 @@ def _read_drive(kind: str, section: Section, root: Section, facts: SpindleFacts,
     section.skip(*_QUIET, "debug", "poll_ms", "retries")
     if facts.bus:
         text = section.take("speed_map")
-        speeds = _speeds(text, section, remarks) if text else {}
+        speeds = _speeds(text, section, remarks) if text else read_range(section, remarks)
         facts.spindle |= drive | {key: value for key, value in speeds.items() if not key.startswith("pwm_")}
         _read_delays(section, facts, remarks)
     section.skip_all()

@@ -32,6 +32,7 @@ _RUN = re.compile(r"06 (?P<register>[0-9a-f]{2} ?[0-9a-f]{2}) (?P<command>[0-9a-
 _SET = re.compile(r"06 (?P<register>[0-9a-f]{2} ?[0-9a-f]{2}) rpm(?P<scale>[*/.0-9]*) ?> ?echo")
 _GET = re.compile(r"03 (?P<register>[0-9a-f]{2} ?[0-9a-f]{2}) 00 ?01 ?> ?03 02 rpm(?P<scale>[*/.0-9]*)")
 _SCALE = re.compile(r"(?:\*(?P<times>\d+(?:\.\d+)?))?(?:/(?P<by>\d+(?:\.\d+)?))?")
+_UNSET_RPM = 0xFFFFFFFF  # as a configuration that FluidNC has written has it
 _NO_READING = 65535  # $464: it has no register of its speed
 
 
@@ -59,6 +60,15 @@ def read_vfd(kind: str, section: Section, root: Section, remarks: Remarks) -> tu
     profile = {"type": number, "vfd_address": address, **_format(section, root, remarks), **(own or {})}
     _uart(section, root).skip_all()
     return bus, profile
+
+
+def read_range(section: Section, remarks: Remarks) -> dict[str, Any]:
+    """$30 and $31 of a configuration without speed_map."""
+    found = {key: section.whole(key) for key in ("max_rpm", "min_rpm")}
+    if found["max_rpm"] in (0, _UNSET_RPM):
+        why = "FluidNC reads the highest speed from the drive: set $30 (max_rpm in [spindle]), here 1000 rpm until then"
+        remarks.changed(section.path, section.line, why)
+    return {key: rpm for key, rpm in found.items() if rpm not in (0, _UNSET_RPM)}
 
 
 def _uart(section: Section, root: Section) -> Section:
@@ -106,7 +116,7 @@ def _format(section: Section, root: Section, remarks: Remarks) -> dict[str, Any]
 def _own(section: Section) -> dict[str, Any] | None:
     """Frames as settings; None: they are of another form."""
     texts = {key: _plain(section.take(f"{key}_cmd")) for key in ("cw", "ccw", "off", "set_rpm", "get_rpm")}
-    section.skip("get_min_rpm_cmd", "get_max_rpm_cmd", "model", "min_rpm", "max_rpm")
+    section.skip("get_min_rpm_cmd", "get_max_rpm_cmd", "model")
     runs = [_RUN.fullmatch(texts[key]) for key in ("cw", "ccw", "off")]
     speed, reading = _SET.fullmatch(texts["set_rpm"]), _GET.fullmatch(texts["get_rpm"])
     if not all(runs) or not speed or (texts["get_rpm"] and not reading):

@@ -30,6 +30,7 @@ from wificnc.link.typed import wire_line
 from wificnc.link.words import ERRORS
 
 CONNECT_S = 5.0  # a board that resets when its port is opened needs two of them
+HELD = ("Hold", "Door", "Tool")  # lines wait
 ANSWER_S = 5.0
 ASK_EVERY_S = 0.5
 NOTICE_S = 2.0  # for the answer to $I
@@ -240,7 +241,7 @@ class Client:
 
         Raises:
             LinkError: the controller does not answer lines.
-            RefusedError: another client commands it, or it wants its access key.
+            RefusedError: another client commands it, it wants its access key, or a hold keeps lines waiting.
         """
         self.send((TAKE_OVER if self.take else b"") + BREAK_HALF_LINE + ECHO_REQUEST)
         echoed = False
@@ -250,6 +251,10 @@ class Client:
             elif isinstance(message, Ok) and echoed:
                 return
             self.expect_control(message)
+        if (now := self.now()).status.state in HELD:
+            found = self.condition()
+            why = f"{self.transport.name} is in state {now.state} and answers no lines until that ends: {found.why}"
+            raise RefusedError(why, hint=found.next)
         raise LinkError(f"{self.transport.name} reports its state but does not answer lines")
 
     def expect_control(self, message: Message) -> None:

@@ -173,7 +173,8 @@ function DriverDialog({ driver, drivers, onReview, onClose }: DialogProps): JSX.
   const most_ma = Math.min(...same.map((each) => each.most_ma));
   const current = textOf(CURRENT + axis, typed.value);
   const problem = currentProblem(current, most_ma);
-  const [before, after] = [driver.microsteps, Number(textOf(MICROSTEPS + axis, typed.value))];
+  // Of the setting: right after a start $DRIVERS has 0.
+  const [before, after] = [Number(controller.settings.value.get(MICROSTEPS + axis)), Number(textOf(MICROSTEPS + axis, typed.value))];
   const steps = scaledSteps(controller.settings.value.get(STEPS + axis) ?? "0", before, after);
   const isScaled = keeps.value && after !== before;
   const edits = new Map([...typed.value, ...(isScaled ? [[STEPS + axis, steps] as const] : [])]);

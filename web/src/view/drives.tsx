@@ -4,9 +4,13 @@ import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
 import { controller } from "../app";
 import { driversOf, spindlesOf, type Driver, type Spindle } from "../link/drives";
-import { DriversCard } from "./drivers";
-import { SPINDLE_TYPE, SpindleCard } from "./spindle";
+import { settingNumber } from "../tables";
+import { later } from "./later";
 
+// Few boards have both, and many none.
+const DriversCard = later(async () => (await import("./drivers")).DriversCard);
+const SpindleCard = later(async () => (await import("./spindle")).SpindleCard);
+const SPINDLE_TYPE = settingNumber("spindle_type");
 const LOOK_MS = 1000;
 const drivers = signal<readonly Driver[]>([]);
 const spindles = signal<readonly Spindle[]>([]);

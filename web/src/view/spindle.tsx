@@ -10,7 +10,7 @@ import { Button, Card, Notice } from "./parts";
 import { spindleWords } from "./position";
 import { msg, t, tr } from "../words";
 
-export const SPINDLE_TYPE = settingNumber("spindle_type");
+const SPINDLE_TYPE = settingNumber("spindle_type");
 const LASER = settingNumber("laser_mode");
 const BAUD = settingNumber("vfd_baud");
 const PARITY = settingNumber("vfd_parity");
