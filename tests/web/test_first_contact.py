@@ -116,6 +116,7 @@ def test_a_wrong_password_is_said_and_typed_again(contact: Contact, page: Page) 
 
 def test_if_nobody_comes_the_network_before_returns(contact: Contact, page: Page) -> None:
     give(page, contact, "Freifunk", "")
+    notice(page, "The controller joins Freifunk")
     contact.pass_s(5)
     notice(page, "WiFiCNC-1A2B has joined Freifunk")
     contact.pass_s(130)
