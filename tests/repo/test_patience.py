@@ -20,7 +20,8 @@ CAP = re.compile(
     r"(?:\bmonotonic\(\) \+ |\btimeout=|\bcap_s=|\bmost_s=|\.wait\(|\.join\(|\bsettimeout\(|\.reports\(|"
     r"\bcreate_connection\(\([^()]*(?:\([^()]*\))?[^()]*\), )([0-9][0-9_.]*)\b(?! \*)"
 )
-VIRTUAL = {"support/stalled.py", "espsim/test_espsim_peripherals.py"}  # seconds or cycles of the machine
+# seconds or cycles of the machine
+VIRTUAL = {"support/stalled.py", "espsim/test_espsim_peripherals.py", "espsim/test_espsim_system.py"}
 # file -> waits there that no test fails by
 PACES = {
     "esp32/test_shut_out.py": {  # strangers who come again and again
