@@ -372,7 +372,7 @@ static bool end(struct machine *machine) {
 }
 
 bool dial_poll(struct machine *machine) {
-    struct machine_dial *dial = machine->board.dial_state;
+    const struct machine_dial *dial = machine->board.dial_state;
     if (dial == NULL)
         return false;
     dial_talk_poll(machine);

@@ -28,7 +28,7 @@ def test_a_flapping_fault_does_not_flood_the_sender(kind: int, fault: int, moves
         assert grbl.after(0.1, "G91\nG1X400F1200\n") == "ok\r\n" * 2
     said = flap(grbl, fault)
     assert said.count("[MSG:") <= MOST * FOR_S
-    # What it is in the end is reported all the same, also if it changed while nothing was said.
+    # What it is in the end is reported all the same, also if it changed between messages.
     grbl.after(6.0)
     assert grbl.rows()[1][3] == "ok"
     grbl.faults(1, fault)

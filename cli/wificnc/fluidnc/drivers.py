@@ -94,7 +94,7 @@ def take_drivers(root: Section, axes: Sequence[Any], remarks: Remarks) -> dict[s
 
 def _limit_current(facts: DriverFacts, remarks: Remarks) -> None:
     """What the sense resistor does not allow the controller refuses, and FluidNC cuts off."""
-    row = Driver(kind=facts.kind, sense_mohm=facts.sense_mohm)
+    row = Driver.model_validate({"kind": facts.kind, "sense_mohm": facts.sense_mohm})
     wanted = facts.profile["driver_current_ma"]
     if wanted > row.current_max_ma:
         facts.profile["driver_current_ma"] = row.current_max_ma
