@@ -57,7 +57,7 @@ def interrupted(registers: Registers) -> bool:
 
 
 def test_a_watchdog_interrupts(registers: Registers) -> None:
-    """2 ms after the last feed, on a line of its own."""
+    """2 ms after the last feed, alone on its line."""
     at = registers.at
     registers.store(at.timers + at.interrupts, 4)
     registers.store(at.matrix + 4 * (at.source + 2), 19)

@@ -334,6 +334,21 @@ def test_m1_has_a_switch_at_an_input(grbl: Grbl) -> None:
     assert "|Pn:T" in grbl.status(), "the byte's switch is another one: one of them is enough"
 
 
+@pytest.mark.parametrize("glitch_s", [1e-5, 1e-4])
+def test_a_glitch_of_m1s_switch_never_passes_m1(glitch_s: float) -> None:
+    """Whenever it comes: the board looks once a millisecond, so it sees it once at most."""
+    for at in range(40):
+        grbl = Grbl()
+        grbl.send("")
+        grbl.fine("$747=1")
+        grbl.input("input-0", True)
+        grbl.after(0.05)
+        grbl.input_in(1e-4 * at, "input-0", False)
+        grbl.input_in(1e-4 * at + glitch_s, "input-0", True)
+        assert grbl.after(0.1, "G4P0.002\nM1\n") == "ok\r\n" and grbl.state() == "Hold:0", at
+        grbl.close()
+
+
 # ---- Ln: ----
 
 

@@ -1,4 +1,4 @@
-/* Keeps one whole version of the page: it comes from here, also without a network. A newer one is fetched behind it and
+/* Keeps one whole version of the page: it comes from here, also without a network. A newer one is fetched meanwhile and
  * takes over at a start at which no window has the older one, so a window never mixes two. Firmware and whatever else
  * lies next to the page comes from the network. The build fills in the version and the files. */
 const VERSION = "VERSION";
