@@ -1,4 +1,4 @@
-/** The page's side of the core in the worker: one preflight at a time; a newer one ends the older. */
+/** The page's side of the core in workers: one preflight and one resume at a time; a newer one ends the older. */
 import { signal } from "@preact/signals";
 import wasmUrl from "../../../build/wasm/core.wasm?url";
 import type { Board } from "../tables";
@@ -22,16 +22,49 @@ export interface Preflight {
   refused: string[];
 }
 
-type Request = Omit<PreflightRequest, "id" | "wasm" | "words"> | Omit<ResumeRequest, "id" | "wasm" | "words">;
+type Request = Omit<PreflightRequest, "wasm" | "words"> | Omit<ResumeRequest, "wasm" | "words">;
 type Finished = Exclude<WorkerReply, { kind: "progress" }>;
+
+/** One request at a time, in a worker that ends with it. */
+class Work {
+  /** Of the request that is under way: what ends it. */
+  private ends: (() => void) | null = null;
+
+  end(): void {
+    this.ends?.();
+  }
+
+  /** null: a newer request took its place, or it was ended. */
+  async ask(request: Request, module: Promise<ArrayBuffer>, tell: (linesDone: number) => void): Promise<Finished | null> {
+    this.end();
+    let ended = false;
+    const end = (): void => void (ended = true);
+    this.ends = end;
+    const wasm = (await module).slice(0);
+    if (ended) return null;
+    const worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module" });
+    const done = new Promise<Finished | null>((resolve, reject) => {
+      this.ends = () => resolve(null);
+      worker.onmessage = (event: MessageEvent<WorkerReply>) => {
+        const reply = event.data;
+        if (reply.kind === "progress") tell(reply.linesDone);
+        else if (reply.kind === "failed") reject(new ResumeError(reply.why, reply.hint));
+        else resolve(reply);
+      };
+      worker.onerror = (event) => reject(new Error(event.message));
+    });
+    worker.postMessage({ ...request, words: catalogue(), wasm }, [wasm]);
+    return done.finally(() => worker.terminate());
+  }
+}
 
 export class PreflightRunner {
   readonly result = signal<Preflight | null>(null);
   /** 0..1 while it runs; null: it does not. */
   readonly progress = signal<number | null>(null);
   readonly failed = signal("");
-  private worker: Worker | null = null;
-  private requests = 0;
+  private readonly checking = new Work();
+  private readonly planning = new Work();
   private wasm: Promise<ArrayBuffer> | null = null;
 
   /** Run the job on a board like this, from a machine in this state. */
@@ -41,7 +74,7 @@ export class PreflightRunner {
     this.result.value = null;
     try {
       const request = { kind: "preflight", board: board.host, before: linesBefore(standing), origin_mm: standing.origin_mm, job: program.source } as const;
-      const done = await this.ask(request, (linesDone) => {
+      const done = await this.checking.ask(request, this.module(), (linesDone) => {
         this.progress.value = Math.min(1, linesDone / program.fileLines);
       });
       if (done?.kind !== "preflight") return;
@@ -56,38 +89,18 @@ export class PreflightRunner {
 
   /** Nothing was checked; what is under way ends. */
   forget(): void {
-    this.requests++;
-    this.worker?.terminate();
+    this.checking.end();
+    this.planning.end();
     this.result.value = null;
     this.progress.value = null;
     this.failed.value = "";
   }
 
-  /** Rejects with a ResumeError when it cannot be known how the job stood there. */
-  async plan(lines: JobLine[], line: number, facts: MachineFacts): Promise<Resume> {
-    const done = await this.ask({ kind: "resume", lines, line, facts }, () => {});
-    if (done?.kind !== "resume") throw new ResumeError(t`The resume was cancelled`);
-    return done.resume;
-  }
-
-  /** null: a newer request took its place. */
-  private async ask(request: Request, tell: (linesDone: number) => void): Promise<Finished | null> {
-    const id = ++this.requests;
-    const wasm = (await this.module()).slice(0);
-    if (id !== this.requests) return null;
-    this.worker?.terminate();
-    const worker = new Worker(new URL("./worker.ts", import.meta.url), { type: "module" });
-    this.worker = worker;
-    return new Promise((resolve, reject) => {
-      worker.onmessage = (event: MessageEvent<WorkerReply>) => {
-        const reply = event.data;
-        if (reply.kind === "progress") tell(reply.linesDone);
-        else if (reply.kind === "failed") reject(new ResumeError(reply.why, reply.hint));
-        else resolve(reply);
-      };
-      worker.onerror = (event) => reject(new Error(event.message));
-      worker.postMessage({ ...request, id, wasm, words: catalogue() }, [wasm]);
-    });
+  /** null: a newer one took its place, or the job was closed. Rejects with a ResumeError when it cannot be known how
+      the job stood there. */
+  async plan(lines: JobLine[], line: number, facts: MachineFacts): Promise<Resume | null> {
+    const done = await this.planning.ask({ kind: "resume", lines, line, facts }, this.module(), () => {});
+    return done?.kind === "resume" ? done.resume : null;
   }
 
   private module(): Promise<ArrayBuffer> {

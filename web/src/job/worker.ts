@@ -9,7 +9,6 @@ import { useCatalogue, type Catalogue } from "../words";
 
 export interface PreflightRequest {
   kind: "preflight";
-  id: number;
   wasm: ArrayBuffer;
   words: Catalogue;
   board: Record<HostField, number>;
@@ -22,7 +21,6 @@ export interface PreflightRequest {
 
 export interface ResumeRequest {
   kind: "resume";
-  id: number;
   wasm: ArrayBuffer;
   words: Catalogue;
   lines: JobLine[];
@@ -34,10 +32,10 @@ export interface ResumeRequest {
 export type Timeline = Float64Array<ArrayBuffer>;
 
 export type WorkerReply =
-  | { kind: "progress"; id: number; linesDone: number; seconds: number }
-  | { kind: "preflight"; id: number; report: Report; scene: Scene; timeline: Timeline; refused: string[] }
-  | { kind: "resume"; id: number; resume: Resume }
-  | { kind: "failed"; id: number; why: string; hint: string };
+  | { kind: "progress"; linesDone: number; seconds: number }
+  | { kind: "preflight"; report: Report; scene: Scene; timeline: Timeline; refused: string[] }
+  | { kind: "resume"; resume: Resume }
+  | { kind: "failed"; why: string; hint: string };
 
 /** Step events: a moment of the job, to distinguish lines. */
 const EVENTS_A_TURN = 2_000;
@@ -59,7 +57,7 @@ async function preflight(request: PreflightRequest): Promise<void> {
     times.push(core.lineNow, core.seconds);
     if (performance.now() - told > TELL_MS) {
       told = performance.now();
-      reply({ kind: "progress", id: request.id, linesDone: core.linesDone, seconds: core.seconds });
+      reply({ kind: "progress", linesDone: core.linesDone, seconds: core.seconds });
     }
   }
   const report = core.report();
@@ -68,12 +66,12 @@ async function preflight(request: PreflightRequest): Promise<void> {
   const { seconds, points, levels, plunges, engraving } = scene;
   const burnt = engraving ? [engraving.seconds, engraving.ends, engraving.levels] : [];
   const moved = [seconds, points, levels, plunges, timeline, ...burnt].map((array) => array.buffer as ArrayBuffer);
-  reply({ kind: "preflight", id: request.id, report, scene, timeline, refused }, moved);
+  reply({ kind: "preflight", report, scene, timeline, refused }, moved);
 }
 
 async function resume(request: ResumeRequest): Promise<void> {
   const core = await Core.load(request.wasm);
-  reply({ kind: "resume", id: request.id, resume: planResume(core, request.lines, request.line, request.facts) });
+  reply({ kind: "resume", resume: planResume(core, request.lines, request.line, request.facts) });
 }
 
 self.onmessage = (event: MessageEvent<PreflightRequest | ResumeRequest>) => {
@@ -82,7 +80,7 @@ self.onmessage = (event: MessageEvent<PreflightRequest | ResumeRequest>) => {
   const work = request.kind === "preflight" ? preflight(request) : resume(request);
   work.catch((error: unknown) => {
     const hint = error instanceof ResumeError ? error.hint : "";
-    reply({ kind: "failed", id: request.id, why: error instanceof Error ? error.message : String(error), hint });
+    reply({ kind: "failed", why: error instanceof Error ? error.message : String(error), hint });
   });
 };
 

@@ -334,7 +334,7 @@ function ResumeBar(): JSX.Element | null {
   const suggested = Math.max(1, job.resumeLine.value);
   const make = (): Promise<void> =>
     attempt(async () => {
-      plan.value = await preflight.plan(job.program.value!.lines, line.value > 1 ? line.value : suggested, facts());
+      plan.value = (await preflight.plan(job.program.value!.lines, line.value > 1 ? line.value : suggested, facts())) ?? plan.value;
     });
   return (
     <>
