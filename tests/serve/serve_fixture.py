@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import subprocess
 from collections.abc import Iterator
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 import pytest
+from patience import HANG_S
 from serve_peer import Serve
 from wificnc.board.load import load_board
 from wificnc.serve.options import Address, Door, ServeOptions
@@ -14,6 +16,14 @@ from wificnc.serve.server import Server
 
 # 250 steps/mm, 5000 mm/min, 500 mm/s2.
 BASELINE = tuple(f"${base + ax}={value}" for base, value in ((100, 250), (110, 5000), (120, 500)) for ax in range(3))
+
+
+def tell(server: Server) -> None:
+    """What it has said of its clients, and whether it had ended by itself: pytest shows this where a test fails."""
+    process = server._process
+    print(f"server {process.pid}: {'still served' if process.poll() is None else f'had ended with {process.returncode}'}")
+    with suppress(subprocess.TimeoutExpired, ValueError, OSError):  # ValueError: the test has stopped it
+        print(process.communicate(timeout=HANG_S)[0])
 
 
 @pytest.fixture
@@ -55,4 +65,6 @@ def serve(tmp_path: Path) -> Iterator[Serve]:
             return servers[-1]
 
         yield start
+        for server in servers:
+            tell(server)
     assert [server.stop() for server in servers] == [0] * len(servers), "a crash, or what a sanitizer found"
