@@ -6,12 +6,11 @@
 #ifndef WIFICNC_DRIVERS_TMC_H
 #define WIFICNC_DRIVERS_TMC_H
 
+#include "drivers/tmc_chips_gen.h"
+
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
-
-/** The board file's driver.x.kind; 0: there is no driver. */
-enum tmc_kind { TMC_NONE, TMC_2209, TMC_5160, TMC_2130, TMC_KINDS };
 
 enum tmc_register {
     TMC_GCONF = 0x00,

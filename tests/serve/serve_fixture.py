@@ -21,7 +21,9 @@ BASELINE = tuple(f"${base + ax}={value}" for base, value in ((100, 250), (110, 5
 def tell(server: Server) -> None:
     """What it has said of its clients, and whether it had ended by itself: pytest shows this where a test fails."""
     process = server._process
-    print(f"server {process.pid}: {'still served' if process.poll() is None else f'had ended with {process.returncode}'}")
+    print(
+        f"server {process.pid}: {'still served' if process.poll() is None else f'had ended with {process.returncode}'}"
+    )
     with suppress(subprocess.TimeoutExpired, ValueError, OSError):  # ValueError: the test has stopped it
         print(process.communicate(timeout=HANG_S)[0])
 

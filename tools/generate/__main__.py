@@ -9,7 +9,7 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from generate import boards, codes, files, kinds, lights, nvs, page, settings, states, version, vfd, wire, words
+from generate import boards, codes, files, kinds, lights, nvs, page, settings, states, tmc, version, vfd, wire, words
 
 ROOT = Path(__file__).resolve().parents[2]
 GENERATORS: tuple[Callable[[Path], files.Texts], ...] = (
@@ -17,6 +17,7 @@ GENERATORS: tuple[Callable[[Path], files.Texts], ...] = (
     settings.texts,
     kinds.texts,
     vfd.texts,
+    tmc.texts,
     wire.texts,
     boards.texts,
     codes.texts,

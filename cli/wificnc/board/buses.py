@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from typing import Literal
 
 from pydantic import Field
 
 from wificnc.board.chip import Strict
 from wificnc.board.wire import InputWire, OutputWire
+from wificnc.protocol.tmc import load_tmcs
 
 
 class Ethernet(Strict):
@@ -114,18 +114,17 @@ class Driver(Strict):
 
     @property
     def code(self) -> int:
-        """enum tmc_kind of core/drivers/tmc.h."""
-        return {"tmc2209": 1, "tmc5160": 2, "tmc2130": 3}[self.kind]
+        """enum tmc_kind of core/drivers/tmc_chips_gen.h."""
+        return load_tmcs().number(self.kind)
 
     @property
     def sense(self) -> int:
-        return self.sense_mohm or (75 if self.kind == "tmc5160" else 110)
+        return self.sense_mohm or load_tmcs().of(self.kind).sense_mohm
 
     @property
     def current_max_ma(self) -> int:
-        """rms, that its sense resistor allows, as $DRIVERS prints it: tmc_current_max_ma() of core/drivers/tmc.c."""
-        full_mv, more_mohm = {"tmc2209": (325, 20), "tmc5160": (325, 0), "tmc2130": (320, 20)}[self.kind]
-        return int(1000 * full_mv / ((self.sense + more_mohm) * math.sqrt(2)))
+        """rms, that its sense resistor allows."""
+        return load_tmcs().of(self.kind).current_max_ma(self.sense)
 
 
 class Drivers(Strict):
