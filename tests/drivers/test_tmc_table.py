@@ -1,5 +1,4 @@
-"""protocol/tmc.toml: every kind of the board file has its row, its currents are those of the data sheets, and a row that
-cannot be is refused."""
+"""protocol/tmc.toml: each kind has its row, currents are those of the data sheets, and a row that cannot be is refused."""
 
 from __future__ import annotations
 
@@ -45,5 +44,5 @@ def test_the_most_current_is_that_of_the_data_sheet(kind: str, sense_mohm: int, 
 def test_a_row_that_cannot_be_is_refused(old: str, new: str) -> None:
     text = TMC_PATH.read_text(encoding="utf-8")
     assert old in text
-    with pytest.raises(ValueError, match="chip.0"):
+    with pytest.raises(ValueError, match=r"chip\.0"):
         parse_tmcs(text.replace(old, new, 1))
