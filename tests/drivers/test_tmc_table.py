@@ -1,4 +1,4 @@
-"""protocol/tmc.toml: each kind has its row, currents are those of the data sheets, and a row that cannot be is refused."""
+"""protocol/tmc.toml: each kind has its row with the currents of its data sheet; a row that cannot be is refused."""
 
 from __future__ import annotations
 
