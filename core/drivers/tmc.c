@@ -42,24 +42,12 @@ static const uint8_t writes_2130[] = {TMC_GCONF,     TMC_IHOLD_IRUN,   TMC_TPOWE
                                       TMC_TCOOLTHRS, TMC_SPI_COOLCONF, TMC_PWMCONF,    TMC_CHOPCONF};
 
 static const struct tmc_chip chips[TMC_KINDS] = {
-    [TMC_2209] = {TMC_2209_CURRENT,
-                  .uart = true,
-                  .version = 0x21,
-                  .ioin = TMC_UART_IOIN,
-                  .write_count = sizeof writes_2209,
-                  .writes = writes_2209},
-    [TMC_5160] = {TMC_5160_CURRENT,
-                  .latches = true,
-                  .version = 0x30,
-                  .ioin = TMC_SPI_IOIN,
-                  .write_count = sizeof writes_5160,
-                  .writes = writes_5160},
-    [TMC_2130] = {TMC_2130_CURRENT,
-                  .clears_by_reading = true,
-                  .version = 0x11,
-                  .ioin = TMC_SPI_IOIN,
-                  .write_count = sizeof writes_2130,
-                  .writes = writes_2130},
+    [TMC_2209] = {TMC_2209_CURRENT, .uart = true, .version = 0x21, .ioin = TMC_UART_IOIN,
+                  .write_count = sizeof writes_2209, .writes = writes_2209},
+    [TMC_5160] = {TMC_5160_CURRENT, .latches = true, .version = 0x30, .ioin = TMC_SPI_IOIN,
+                  .write_count = sizeof writes_5160, .writes = writes_5160},
+    [TMC_2130] = {TMC_2130_CURRENT, .clears_by_reading = true, .version = 0x11, .ioin = TMC_SPI_IOIN,
+                  .write_count = sizeof writes_2130, .writes = writes_2130},
 };
 
 const struct tmc_chip *tmc_chip(unsigned kind) {
