@@ -22,17 +22,6 @@ void net_hub_init(struct net_hub *hub, const struct net_hub_sizes *sizes, const 
     *hub = (struct net_hub){.ops = ops, .ctx = ctx, .sizes = *sizes};
 }
 
-/* ---- jogs that are called off ---- */
-
-/* Jogs that still wait when they are called off must not run behind that: they become empty lines, so that
- * each has its answer; a half one when its rest has come. So does the controller with those that it has. */
-void net_hub_call_off_jogs(struct net_client *client) {
-    struct net_queue *in = &client->in;
-    client->called_off = in->count > client->whole;
-    if (client->whole > 0)
-        client->whole = net_line_empty_jogs(in->bytes + in->begin, client->whole, &in->count);
-}
-
 /* ---- ownership ---- */
 
 /* What the owner has sent stays in force: whole lines go to `left`. A half line is forgotten; if the
@@ -110,52 +99,12 @@ static void look_after(struct net_client *client) {
         client->gone = true;
 }
 
-/* ---- real-time bytes ---- */
-
-void net_hub_drop_lines(struct net_client *client) {
-    net_queue_drop(&client->in, client->in.count);
-    client->whole = 0;
-    client->in_long = client->called_off = false;
-}
-
-/* A reset forgets every line on its way; what comes behind it is new, but for the rest of another's line. */
-static void net_hub_reset(struct net_hub *hub, const struct net_client *by) {
-    static const char reset = 0x18;
-    struct net_client *owner = hub->owner;
-    if (owner != NULL) {
-        owner->skips |= owner != by && (owner->in.count > owner->whole || owner->in_long);
-        net_hub_drop_lines(owner);
-    }
-    net_hub_forget_pendants(hub, by);
-    net_queue_drop(&hub->left, hub->left.count);
-    hub->ops->put(hub->ctx, &reset, 1);
-    hub->ops->act(hub->ctx);
-    net_hub_hear(hub);
-}
-
-void net_hub_put_realtime(struct net_hub *hub, struct net_client *client, uint8_t byte) {
-    const char character = (char)byte;
-    if (byte == RESET)
-        net_hub_reset(hub, client);
-    else if (byte == '?' && !net_hub_may_ask(hub))
-        client->asks = true;
-    else {
-        hub->asked |= byte == '?' || byte == FULL_STATUS;
-        hub->ops->put(hub->ctx, &character, 1);
-    }
-    if (byte != JOG_CANCEL && byte != '!')
-        return;
-    if (hub->owner != NULL)
-        net_hub_call_off_jogs(hub->owner);
-    net_hub_call_off_pendants_jogs(hub);
-}
+/* ---- bytes of the owner and of observers ---- */
 
 static void put_stop(struct net_hub *hub, struct net_client *client, uint8_t byte) {
     if (net_hub_may_stop(hub, client, byte))
         net_hub_put_realtime(hub, client, byte);
 }
-
-/* ---- bytes of the owner and of observers ---- */
 
 static bool is_take(const char *line, size_t size) {
     return size == TAKE_LENGTH && net_line_commands(line, size, take_line);
@@ -458,6 +407,8 @@ static bool feed_owner(struct net_hub *hub, struct net_client *owner) {
 }
 
 bool net_hub_feed(struct net_hub *hub) {
+    if (hub->stops != 0)
+        net_hub_end_stop(hub);
     const bool pendants = hub->has_pendants && net_hub_feed_pendants(hub);
     if (hub->has_pendants && net_hub_waits_for_pendant(hub))
         return pendants;
@@ -472,15 +423,10 @@ bool net_hub_feed(struct net_hub *hub) {
 
 /* The controller has reset, by itself, by a button, or because a line said so: as it forgets all that it has
  * got, what waits here would be the rest of something. Senders begin again when they see the banner. */
-static void forget_lines(struct net_hub *hub) {
-    struct net_client *owner = hub->owner;
+static void follow_reset(struct net_hub *hub) {
+    const struct net_client *owner = hub->owner;
     bool any = hub->left.count > 0 || (owner != NULL && owner->in.count > 0);
-    net_queue_drop(&hub->left, hub->left.count);
-    if (owner != NULL) {
-        owner->skips |= owner->in.count > owner->whole || owner->in_long;
-        net_hub_drop_lines(owner);
-    }
-    net_hub_forget_pendants(hub, NULL);
+    net_hub_forget_lines(hub, NULL);
     net_hub_end_reports(hub);
     hub->inside = hub->inside_left = 0; /* what was inside is not answered any more */
     if (any)
@@ -494,7 +440,7 @@ static void say_line(struct net_hub *hub, const char *line, size_t size) {
     const bool of_hand = hub->inside_hand > 0 && !is_news;
     bool of_left = hub->inside_left > 0 && !is_news && !of_hand;
     if (net_line_begins(line, size, "Grbl "))
-        forget_lines(hub);
+        follow_reset(hub);
     hub->inside -= answer && hub->inside > 0;
     hub->inside_left -= answer && of_left;
     bool report = net_line_begins(line, size, "<");

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
- * What the hub's files share: net_hub.c has lines and owners, net_hub_say.c messages, net_hub_reports.c
- * reports, net_hub_places.c connections, net_hub_access.c who is let in, net_hub_pendant.c pendants,
- * net_hub_qr.c the code of $QR. */
+ * What the hub's files share: net_hub.c has lines and owners, net_hub_stop.c stops, net_hub_say.c messages,
+ * net_hub_reports.c reports, net_hub_places.c connections, net_hub_access.c who is let in, net_hub_pendant.c
+ * pendants, net_hub_qr.c the code of $QR. */
 #ifndef WIFICNC_NET_HUB_INNER_H
 #define WIFICNC_NET_HUB_INNER_H
 
@@ -40,10 +40,7 @@ void net_hub_tell_observers(struct net_hub *hub, const char *text);
 /** Who is in control. */
 void net_hub_explain(struct net_hub *hub, struct net_client *observer);
 
-/* ---- net_hub.c ---- */
-
-/** @param client  NULL: no one */
-void net_hub_set_owner(struct net_hub *hub, struct net_client *client);
+/* ---- net_hub_stop.c ---- */
 
 /** Jogs that wait must not run any more. */
 void net_hub_call_off_jogs(struct net_client *client);
@@ -51,11 +48,23 @@ void net_hub_call_off_jogs(struct net_client *client);
 /** A real-time byte of who may command, or a stop of who may stop. */
 void net_hub_put_realtime(struct net_hub *hub, struct net_client *client, uint8_t byte);
 
-/** A line has ended, before its LF is added: $TAKE, $RI= and a jog that was called off become empty lines. */
-void net_hub_end_line(struct net_hub *hub, struct net_client *client);
-
 /** Lines of a client that wait are forgotten. */
 void net_hub_drop_lines(struct net_client *client);
+
+/** The controller has forgotten all lines. @param by  whose reset it was; NULL: not a client's */
+void net_hub_forget_lines(struct net_hub *hub, const struct net_client *by);
+
+/** The round has had a stop: what others have sent before it and is not read yet is as what waits, because
+ * how far the hub has read is chance. Before the next line goes to the controller. */
+void net_hub_end_stop(struct net_hub *hub);
+
+/* ---- net_hub.c ---- */
+
+/** @param client  NULL: no one */
+void net_hub_set_owner(struct net_hub *hub, struct net_client *client);
+
+/** A line has ended, before its LF is added: $TAKE, $RI= and a jog that was called off become empty lines. */
+void net_hub_end_line(struct net_hub *hub, struct net_client *client);
 
 /** Give the first `count` bytes of the queue to the controller, line by line.
  *  @param allowed  so many lines may be inside @return bytes that it took */
@@ -165,11 +174,8 @@ void net_hub_lose_pendant(struct net_hub *hub, struct net_client *client);
 /** Control by 0x8B is taken from it. */
 void net_hub_end_mpg(struct net_hub *hub);
 
-/** Someone has cancelled jogs: those of pendants that wait must not run any more. */
-void net_hub_call_off_pendants_jogs(struct net_hub *hub);
-
-/** The controller has forgotten all lines. @param by  whose reset it was; NULL: not a client's */
-void net_hub_forget_pendants(struct net_hub *hub, const struct net_client *by);
+/** The controller has forgotten all lines: whose turn it was, and whose answers are due, is over. */
+void net_hub_end_turns(struct net_hub *hub);
 
 /** This line of the controller is for the client, as far as pendants decide that. */
 bool net_hub_is_for(const struct net_hub *hub, const struct net_client *client, bool is_news);

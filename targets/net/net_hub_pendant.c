@@ -193,12 +193,6 @@ void net_hub_doubt_pendant(struct net_hub *hub, struct net_client *client) {
         net_hub_put_realtime(hub, client, JOG_CANCEL);
 }
 
-void net_hub_call_off_pendants_jogs(struct net_hub *hub) {
-    for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
-        if (net_hub_is_open(client) && net_hub_is_pendant(client))
-            net_hub_call_off_jogs(client);
-}
-
 /* ---- lines ---- */
 
 static size_t first_line(const struct net_client *client) {
@@ -368,18 +362,7 @@ bool net_hub_is_for(const struct net_hub *hub, const struct net_client *client, 
 
 /* ---- ends ---- */
 
-/* What follows its own reset is a new line; of another one's, the rest of a line that no one takes. */
-static void forget_pendant(struct net_client *client, bool its_own) {
-    client->skips |= !its_own && client->in.count > client->whole;
-    client->garbled &= !its_own;
-    client->lost_lines = 0;
-    net_hub_drop_lines(client);
-}
-
-void net_hub_forget_pendants(struct net_hub *hub, const struct net_client *by) {
-    for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
-        if (net_hub_is_open(client) && net_hub_is_pendant(client))
-            forget_pendant(client, client == by);
+void net_hub_end_turns(struct net_hub *hub) {
     hub->inside_hand = 0;
     hub->hand_parked = hub->others_first = hub->sender_lost = false;
     hub->operators = NULL;

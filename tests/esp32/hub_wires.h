@@ -14,7 +14,7 @@ enum { HUB_WIRES = 256 };
 struct wire {
     char in[512], out[20000];
     size_t in_count, out_count;
-    bool closed, damaged;
+    bool closed, ended, damaged; /* ended: no more comes, but it hears */
 };
 
 static struct access the_gate;
@@ -34,6 +34,8 @@ static long wire_read(const struct net_stream *stream, char *bytes, size_t size)
     size_t count = wire->in_count < size ? wire->in_count : size;
     memcpy(bytes, wire->in, count);
     memmove(wire->in, wire->in + count, wire->in_count -= count);
+    if (count == 0 && wire->ended)
+        return NET_ENDED;
     return wire->closed ? NET_GONE : (long)count;
 }
 
@@ -180,9 +182,14 @@ static inline bool come(unsigned n, bool local) {
     return come_from(n, n == 3 ? 1 : n + 1, local);
 }
 
-static inline void send(unsigned n, const char *text) {
+/* It has come, and is not read yet. */
+static inline void put_on_wire(unsigned n, const char *text) {
     wires[n].in_count = strlen(text);
     memcpy(wires[n].in, text, wires[n].in_count);
+}
+
+static inline void send(unsigned n, const char *text) {
+    put_on_wire(n, text);
     wires[n].out_count = 0;
     wires[n].out[0] = '\0';
     round_trip();

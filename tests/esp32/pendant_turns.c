@@ -103,6 +103,76 @@ static void a_stop_of_others_calls_off_its_jogs_that_wait(void) {
         }
 }
 
+#define TEN_JOGS                                                                                             \
+    "$J=G91X1F100\n$J=G91X1F100\n$J=G91X1F100\n$J=G91X1F100\n$J=G91X1F100\n"                                 \
+    "$J=G91X1F100\n$J=G91X1F100\n$J=G91X1F100\n$J=G91X1F100\n$J=G91X1F100\n"
+
+/* They came before the stop, and no one has read them yet: what the hub has read is chance. */
+static void a_stop_of_others_calls_off_its_jogs_that_are_not_read_yet(void) {
+    static const char stops[] = "!\x85";
+    for (unsigned n = OWNER; n <= WATCHER; n += WATCHER - OWNER)
+        for (const char *stop = stops; *stop != '\0'; stop++) {
+            begin_with(NET_PENDANT_TERMINAL);
+            full = true;
+            send(PENDANT, "$J=G91X5F100\n$J=G91");
+            full = false;
+            put_on_wire(PENDANT, "X5F100\n" TEN_JOGS TEN_JOGS "$G\n");
+            put_on_wire(n, (const char[]){*stop, '\0'});
+            net_hub_read(&hub, &hub.client[n]);
+            CHECK(got_count == 1 && got[0] == *stop); /* it comes before all reading */
+            fresh_lines();
+            for (unsigned round = 0; round < 30; round++)
+                machine_says(round < 1 ? "" : "ok\r\n");
+            CHECK(strcmp(got, "\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n\n$G\n") == 0);
+        }
+}
+
+/* Its bytes keep their order, whoever stops in them, and what comes behind its own stop is new. */
+static void a_stop_of_a_pendant_calls_off_the_owners_jogs_that_are_not_read_yet(void) {
+    begin_with(NET_PENDANT_TERMINAL);
+    full = true;
+    send(OWNER, "$J=G91X5F100\n");
+    full = false;
+    put_on_wire(OWNER, "$J=G91X6F100\n\x90G1X1\n");
+    put_on_wire(PENDANT, "\x85$J=G91Y1F100\n\x85$J=G91Y2F100\n");
+    net_hub_read(&hub, &hub.client[PENDANT]);
+    CHECK(strcmp(got, "\x85\x85") == 0);
+    fresh_lines();
+    for (unsigned round = 0; round < 6; round++)
+        machine_says("ok\r\n");
+    CHECK(strcmp(got, "\x90\n\n\nG1X1\n$J=G91Y2F100\n") == 0); /* one is the pendant's first */
+}
+
+/* Of a sender that has ended its half of the connection, as `nc` does: they would run behind the stop. */
+static void a_stop_calls_off_jogs_of_a_former_owner(void) {
+    begin_with(NET_PENDANT_TERMINAL);
+    full = true;
+    send(OWNER, "G1X1\n$J=G91X1F100\n$G\n");
+    wires[OWNER].ended = true;
+    round_trip();
+    full = false;
+    CHECK(hub.owner == NULL && hub.left.count > 0);
+    put_on_wire(WATCHER, "\x85");
+    net_hub_read(&hub, &hub.client[WATCHER]);
+    fresh_lines();
+    round_trip();
+    CHECK(strcmp(got, "G1X1\n\n$G\n") == 0);
+}
+
+static void a_reset_of_others_forgets_what_is_not_read_yet(void) {
+    begin_with(NET_PENDANT_TERMINAL);
+    put_on_wire(PENDANT, TEN_JOGS TEN_JOGS "$J=G91");
+    put_on_wire(OWNER, "\x18");
+    net_hub_read(&hub, &hub.client[OWNER]);
+    fresh_lines();
+    machine_says("\r\nGrbl 1.1h ['$' for help]\r\n");
+    round_trip();
+    send(PENDANT, "X100F100\n");
+    CHECK(got_count == 0); /* not the rest of a half one either */
+    send(PENDANT, "$G\n");
+    CHECK(strcmp(got, "$G\n") == 0);
+}
+
 /* Half a line is under way when someone else resets: its rest is no line. */
 static void the_rest_of_a_line_after_a_reset_of_others_is_no_line(void) {
     begin_with(NET_PENDANT_TERMINAL);
@@ -303,6 +373,10 @@ int main(void) {
     damaged_bytes_end_its_jog_in_a_parked_hold();
     motion_of_the_owner_in_a_parked_hold_is_not_its();
     a_stop_of_others_calls_off_its_jogs_that_wait();
+    a_stop_of_others_calls_off_its_jogs_that_are_not_read_yet();
+    a_stop_of_a_pendant_calls_off_the_owners_jogs_that_are_not_read_yet();
+    a_stop_calls_off_jogs_of_a_former_owner();
+    a_reset_of_others_forgets_what_is_not_read_yet();
     the_rest_of_a_line_after_a_reset_of_others_is_no_line();
     the_rest_of_the_owners_line_after_a_reset_of_a_pendant_is_no_line();
     after_its_own_reset_a_line_begins();

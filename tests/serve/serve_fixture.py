@@ -18,14 +18,13 @@ from wificnc.serve.server import Server
 BASELINE = tuple(f"${base + ax}={value}" for base, value in ((100, 250), (110, 5000), (120, 500)) for ax in range(3))
 
 
-def tell(server: Server) -> None:
-    """What it has said of its clients, and whether it had ended by itself: pytest shows this where a test fails."""
-    process = server._process
-    print(
-        f"server {process.pid}: {'still served' if process.poll() is None else f'had ended with {process.returncode}'}"
-    )
-    with suppress(subprocess.TimeoutExpired, ValueError, OSError):  # ValueError: the test has stopped it
-        print(process.communicate(timeout=HANG_S)[0])
+def tell(servers: list[Server]) -> None:
+    """What each has said of its clients, and whether it had ended by itself: pytest shows this where a test fails."""
+    for process in (server._process for server in servers):
+        ended = process.poll()
+        print(f"server {process.pid}: {'still served' if ended is None else f'had ended with {ended}'}")
+        with suppress(subprocess.TimeoutExpired, ValueError, OSError):  # ValueError: the test has stopped it
+            print(process.communicate(timeout=HANG_S)[0])
 
 
 @pytest.fixture
@@ -67,6 +66,5 @@ def serve(tmp_path: Path) -> Iterator[Serve]:
             return servers[-1]
 
         yield start
-        for server in servers:
-            tell(server)
+        tell(servers)
     assert [server.stop() for server in servers] == [0] * len(servers), "a crash, or what a sanitizer found"

@@ -1,0 +1,107 @@
+/* SPDX-License-Identifier: MIT
+ * Stops: what waits, and what is on its way, does not run behind them. */
+#include "net_hub_inner.h"
+#include "net_line.h"
+
+enum { READS_AHEAD = 64 }; /* of one client, at a stop: who sends without end is not heard out */
+
+/* ---- jogs that are called off ---- */
+
+static bool may_jog(const struct net_hub *hub, const struct net_client *client) {
+    return net_hub_is_open(client) && (client == hub->owner || net_hub_is_pendant(client));
+}
+
+/* Jogs that still wait when they are called off must not run behind that: they become empty lines, so that
+ * each has its answer; a half one when its rest has come. So does the controller with those that it has. */
+void net_hub_call_off_jogs(struct net_client *client) {
+    struct net_queue *in = &client->in;
+    client->called_off = in->count > client->whole;
+    if (client->whole > 0)
+        client->whole = net_line_empty_jogs(in->bytes + in->begin, client->whole, &in->count);
+}
+
+static void call_off_all_jogs(struct net_hub *hub, const struct net_client *but) {
+    struct net_queue *left = &hub->left;
+    if (left->count > 0)
+        (void)net_line_empty_jogs(left->bytes + left->begin, left->count, &left->count);
+    for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
+        if (client != but && may_jog(hub, client))
+            net_hub_call_off_jogs(client);
+}
+
+/* ---- real-time bytes ---- */
+
+void net_hub_drop_lines(struct net_client *client) {
+    net_queue_drop(&client->in, client->in.count);
+    client->whole = 0;
+    client->in_long = client->called_off = false;
+}
+
+/* What follows a client's own reset is a new line; of another's, the rest of a line that no one takes. */
+static void forget_lines(struct net_client *client, bool its_own) {
+    client->skips |= !its_own && (client->in.count > client->whole || client->in_long);
+    client->garbled &= !its_own;
+    client->lost_lines = 0;
+    net_hub_drop_lines(client);
+}
+
+void net_hub_forget_lines(struct net_hub *hub, const struct net_client *by) {
+    for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
+        if (may_jog(hub, client))
+            forget_lines(client, client == by);
+    net_queue_drop(&hub->left, hub->left.count);
+    net_hub_end_turns(hub);
+}
+
+/* A reset forgets every line on its way. */
+static void reset(struct net_hub *hub, const struct net_client *by) {
+    static const char character = RESET;
+    net_hub_forget_lines(hub, by);
+    hub->ops->put(hub->ctx, &character, 1);
+    hub->ops->act(hub->ctx);
+    net_hub_hear(hub);
+}
+
+void net_hub_put_realtime(struct net_hub *hub, struct net_client *client, uint8_t byte) {
+    const char character = (char)byte;
+    if (byte == RESET)
+        reset(hub, client);
+    else if (byte == '?' && !net_hub_may_ask(hub))
+        client->asks = true;
+    else {
+        hub->asked |= byte == '?' || byte == FULL_STATUS;
+        hub->ops->put(hub->ctx, &character, 1);
+    }
+    if (byte == RESET || byte == JOG_CANCEL || byte == '!') {
+        hub->stops = byte == RESET || hub->stops == RESET ? RESET : byte;
+        hub->stopped_by = client;
+    }
+    if (byte == JOG_CANCEL || byte == '!')
+        call_off_all_jogs(hub, NULL);
+}
+
+static void read_ahead(struct net_hub *hub, struct net_client *client) {
+    for (unsigned n = 0; n < READS_AHEAD && may_jog(hub, client); n++)
+        if (!net_hub_read(hub, client))
+            return;
+}
+
+/* What others have sent before a stop and is not read yet is as what waits: how far the hub has read is
+ * chance.
+ */
+void net_hub_end_stop(struct net_hub *hub) {
+    const struct net_client *by = hub->stopped_by;
+    for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
+        if (client != by)
+            read_ahead(hub, client);
+    const bool resets = hub->stops == RESET;
+    hub->stops = 0;
+    if (!resets) {
+        call_off_all_jogs(hub, by);
+        return;
+    }
+    for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
+        if (client != by && may_jog(hub, client))
+            forget_lines(client, false);
+    net_queue_drop(&hub->left, hub->left.count);
+}
