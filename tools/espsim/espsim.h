@@ -15,7 +15,7 @@ struct esp;
 
 enum es_chip { ES_ESP32, ES_ESP32S3 };
 
-enum { ES_CPU_HZ = 240000000, ES_APB_HZ = 80000000, ES_PINS = 64 };
+enum { ES_CPU_HZ = 240000000, ES_APB_HZ = 80000000, ES_PINS = 64, ES_SHIFT_FIRST = 64 };
 
 /** Why es_run() came back. */
 enum es_stop {
@@ -102,6 +102,11 @@ struct es_edge {
 void es_record_edges(struct esp *esp, bool on);
 /** Take edges, oldest first. @return how many */
 size_t es_edges(struct esp *esp, struct es_edge *out, size_t room);
+
+/** Wire a chain of 74HC595, 32 outputs, to these pins. Its outputs are recorded as pins ES_SHIFT_FIRST + 0 to
+ * 31, of which 0 has the bit that came last. At power-on they show anything: here all are high. */
+void es_shift_registers(struct esp *esp, unsigned clock, unsigned data, unsigned latch);
+uint32_t es_shift_outputs(struct esp *esp);
 
 /* ---- UARTs 0 to 2 ---- */
 
