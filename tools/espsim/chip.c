@@ -122,6 +122,7 @@ void es_destroy(struct esp *esp) {
         free(esp->symbols[i].name);
     free(esp->symbols);
     free(esp->edges);
+    free(esp->w5500.sent);
     for (unsigned i = 0; i < UARTS; i++) {
         free(esp->uart[i].in);
         free(esp->uart[i].out);

@@ -21,8 +21,6 @@ static const struct kept kept[2][KEPT] = {
         {"DPORT", 0x3FF00000, 0x600},
         {"GPIO_SD", 0x3FF44F00, 0x40},
         {"analog bus", 0x3FF4E000, 0x100},
-        {"SPI2", 0x3FF64000, 0x400},
-        {"SPI3", 0x3FF65000, 0x400},
         {"SYSCON", 0x3FF66000, 0x100},
         {"MCPWM1", 0x3FF6C000, 0x130},
         {"I2S1", 0x3FF6D000, 0x100},

@@ -18,8 +18,11 @@
  *   systimer.c   the S3's system timer
  *   efuse.c sha.c   what the chip is; random numbers; SHA-256
  *   gpio.c timer.c matrix.c uart.c   the peripherals
- *   parts.c      those that make or take signals: ledc.c mcpwm.c rmt.c i2s.c pcnt.c; shift.c: registers
- * outside cores.c      two cores that take turns chip.c       time */
+ *   parts.c      those that make or take signals:
+ *   ledc.c mcpwm.c rmt.c i2s.c pcnt.c spi_master.c
+ *   shift.c w5500.c   chips outside
+ *   cores.c      two cores that take turns
+ *   chip.c       time */
 #ifndef WIFICNC_ESPSIM_ESP_H
 #define WIFICNC_ESPSIM_ESP_H
 
@@ -304,6 +307,8 @@ struct esp {
     struct ledc ledc;
     struct mcpwm mcpwm;
     struct pcnt pcnt;
+    struct spi_host spi_host[SPI_HOSTS];
+    struct w5500 w5500;
 
     bool record_edges;
     struct es_edge *edges;
@@ -446,6 +451,12 @@ void gpio_listen(struct esp *esp, unsigned pin);
 void parts_create(struct esp *esp);
 uint64_t parts_next(const struct esp *esp);
 void parts_event(struct esp *esp);
+/* spi_master.c, w5500.c */
+void spi_master_create(struct esp *esp);
+uint64_t spi_master_next(const struct esp *esp);
+void spi_master_event(struct esp *esp);
+/** A frame of SPI, from the select line's fall to its rise. */
+void w5500_exchange(struct esp *esp, const uint8_t *out, uint8_t *in, size_t count);
 /* shift.c */
 void shift_sync(struct esp *esp); /* what has left a peripheral until now is in the registers */
 void shift_pins(struct esp *esp, uint64_t cycle, unsigned bank, uint32_t changed);

@@ -5,6 +5,7 @@
 #define WIFICNC_ESPSIM_PARTS_H
 
 #include <stdbool.h>
+#include <stddef.h>
 #include <stdint.h>
 
 enum {
@@ -17,6 +18,9 @@ enum {
     MCPWM_TIMERS = 3,
     PCNT_UNITS = 8,
     PCNT_INPUTS = 4,
+    SPI_HOSTS = 2,
+    SPI_BYTES_MAX = 8192,
+    W5500_MEMORY = 16384,
 };
 
 /* A chain of 74HC595 at three pins. */
@@ -101,6 +105,26 @@ struct pcnt {
     struct pcnt_unit unit[PCNT_UNITS];
     uint32_t raw, enabled, control;
     uint64_t due;
+};
+
+/* SPI2 and SPI3 of the ESP32, as masters. */
+struct spi_host {
+    uint32_t word[64], dma[24];
+    uint32_t out_link, in_link; /* descriptors for the next transaction; 0: the buffer's words */
+    bool works;
+    uint64_t due;
+    uint8_t out[SPI_BYTES_MAX], in[SPI_BYTES_MAX];
+};
+
+/* A W5500 at one of them. */
+struct w5500 {
+    bool is_wired, link;
+    unsigned host, select;
+    uint8_t common[64], socket[64]; /* of socket 0 */
+    uint8_t tx[W5500_MEMORY], rx[W5500_MEMORY];
+    uint16_t tx_read, rx_read, rx_write;
+    uint8_t *sent; /* frames that have left: two bytes of length before each */
+    size_t sent_count, sent_room;
 };
 
 #endif

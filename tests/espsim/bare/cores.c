@@ -10,7 +10,8 @@ enum { STACK_WORDS = 4096, STACK_BASE = 16, TIMER0 = 6, APB_DIVIDER = 80 };
 enum { FLASH_PLACE = 0x3F0000, PAGE_WORDS = 16 };
 
 #if CONFIG_IDF_TARGET_ESP32
-#define CONTROL   ((volatile uint32_t *)0x3FF0002C) /* APPCPU_CTRL_A to D: reset, clock, stall, boot address */
+#define CONTROL ((volatile uint32_t *)0x3FF0002C)   /* APPCPU_CTRL_A to D: reset, clock, stall, boot address \
+                                                     */
 #define TIMER     ((volatile uint32_t *)0x3FF60000) /* timer 0 of group 1 */
 #define SPI1      ((volatile uint32_t *)0x3FF42000)
 #define CACHE     ((volatile uint32_t *)0x3FF00040)
@@ -18,8 +19,8 @@ enum { FLASH_PLACE = 0x3F0000, PAGE_WORDS = 16 };
 #define SPI_STATE 4
 #define SPI_DATA  32
 #else
-#define CONTROL   ((volatile uint32_t *)0x600C0000) /* CORE_1_CONTROL_0 and 1 */
-#define TIMER     ((volatile uint32_t *)0x60020000)
+#define CONTROL ((volatile uint32_t *)0x600C0000) /* CORE_1_CONTROL_0 and 1 */
+#define TIMER   ((volatile uint32_t *)0x60020000)
 #endif
 
 static uint32_t stack[STACK_WORDS] __attribute__((aligned(16)));

@@ -4,9 +4,9 @@
 #include "bare.h"
 #include "hal/step_vector.h"
 
+#include "driver/gpio.h"
 #include "esp_intr_alloc.h"
 #include "esp_private/periph_ctrl.h"
-#include "driver/gpio.h"
 #include "esp_rom_gpio.h"
 #include "hal/i2s_ll.h"
 #include "hal/timer_ll.h"
