@@ -195,6 +195,13 @@ def test_frames_of_all_sizes_go_round_the_buffers(bus: Bus) -> None:
     assert bus.regs.chip.take_frame() == b"" and bus.number(0x26) == 0
 
 
+def test_a_short_frame_is_filled_up(bus: Bus) -> None:
+    """A cable has none below 60 bytes, and ESP-IDF's driver stops at one."""
+    open_socket(bus)
+    assert bus.regs.chip.put_frame(frame(OWN, 42))
+    assert receive(bus) == frame(OWN, 42) + bytes(18)
+
+
 def test_a_full_buffer_drops_and_says_so(bus: Bus) -> None:
     open_socket(bus)
     chip = bus.regs.chip

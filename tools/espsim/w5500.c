@@ -22,7 +22,16 @@ enum { S_TX_FREE = 0x20, S_TX_READ = 0x22, S_TX_WRITE = 0x24, S_RX_COUNT = 0x26,
 enum { S_RX_WRITE = 0x2A, S_EVENTS_ON = 0x2C };
 enum { OPEN = 0x01, CLOSE = 0x10, SEND = 0x20, RECEIVE = 0x40, MACRAW = 4, IS_MACRAW = 0x42 };
 enum { FILTERS = 1 << 7, NO_MULTICAST = 1 << 5, RECEIVED = 1 << 2, HAS_SENT = 1 << 4 };
-enum { COMMON_BLOCK, SOCKET_BLOCK, TX_BLOCK, RX_BLOCK, HEAD = 3, MAC_BYTES = 6, FRAME_MAX = 1518 };
+enum {
+    COMMON_BLOCK,
+    SOCKET_BLOCK,
+    TX_BLOCK,
+    RX_BLOCK,
+    HEAD = 3,
+    MAC_BYTES = 6,
+    FRAME_MIN = 60,
+    FRAME_MAX = 1518
+};
 
 static uint16_t word_at(const struct w5500 *chip, unsigned offset) {
     return (uint16_t)(chip->socket[offset] << 8 | chip->socket[offset + 1]);
@@ -175,19 +184,21 @@ static bool is_for(const struct w5500 *chip, const uint8_t *frame) {
     return memcmp(frame, chip->common + MAC, MAC_BYTES) == 0;
 }
 
+/* One that is shorter than any on a cable is filled up, as its sender would have done. */
 bool es_w5500_put(struct esp *esp, const uint8_t *frame, size_t count) {
     struct w5500 *chip = &esp->w5500;
     const uint16_t size = size_of(chip, S_RX_SIZE), used = (uint16_t)(chip->rx_write - chip->rx_read);
     if (!chip->is_wired || !chip->link || chip->socket[S_STATUS] != IS_MACRAW || count < 14 ||
         count > FRAME_MAX || !is_for(chip, frame))
         return false;
-    if (used > size || count + 2 > (size_t)(size - used))
+    const uint16_t whole = (uint16_t)((count < FRAME_MIN ? FRAME_MIN : count) + 2);
+    if (used > size || whole > size - used)
         return false;
-    const uint16_t whole = (uint16_t)(count + 2);
-    for (uint16_t i = 0; i < whole; i++)
-        chip->rx[(uint16_t)(chip->rx_write + i) % size] = i == 0   ? (uint8_t)(whole >> 8)
-                                                          : i == 1 ? (uint8_t)whole
-                                                                   : frame[i - 2];
+    for (uint16_t i = 0; i < whole; i++) {
+        const uint8_t header = (uint8_t)(i == 0 ? whole >> 8 : whole);
+        const uint8_t byte = i < 2 ? header : i - 2u < count ? frame[i - 2] : 0;
+        chip->rx[(uint16_t)(chip->rx_write + i) % size] = byte;
+    }
     chip->rx_write = (uint16_t)(chip->rx_write + whole);
     chip->socket[S_EVENTS] |= RECEIVED;
     show_pointers(chip);
