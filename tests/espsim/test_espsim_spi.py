@@ -49,7 +49,7 @@ class Bus:
             self.regs.chip.write(at + 12 * n, b"".join(word.to_bytes(4, "little") for word in words))
 
     def transfer(self, command: int, address: int, out: bytes) -> bytes:
-        """Both ways at once. @return what came with the data"""
+        """Both ways at the same time. @return what came with the data"""
         chip, count = self.regs.chip, len(out)
         self._store(SLAVE, 0)
         self._store(USER, DUPLEX | HAS_OUT | HAS_IN | HAS_ADDRESS | HAS_COMMAND)

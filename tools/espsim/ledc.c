@@ -167,7 +167,7 @@ static uint64_t next_of(const struct esp *esp, unsigned number) {
     return timer->runs ? timer->began + next_count(esp, number) * timer->tick : NEVER;
 }
 
-/* Nothing is seen of it: whole periods at once. */
+/* Nothing is seen of it: whole periods in one step. */
 static void skip(struct esp *esp, unsigned number) {
     struct ledc_timer *timer = &esp->ledc.timer[number];
     const uint64_t period = timer->tick << timer->bits, periods = (now_of(esp) - timer->began) / period;

@@ -71,7 +71,7 @@ static uint32_t action_at(uint32_t generator, const uint32_t compare[2], uint32_
     return found;
 }
 
-/* A comparator takes its new value at once, or at events of its timer. */
+/* A comparator takes its new value immediately, or at events of its timer. */
 static void take_compares(struct mcpwm *m, unsigned number, uint32_t event) {
     for (unsigned i = 0; i < 2; i++) {
         const uint32_t methods = *operator_word(m, number, O_METHODS) >> 4 * i & 15;
@@ -176,7 +176,7 @@ void mcpwm_event(struct esp *esp) {
 
 /* ---- registers ---- */
 
-/* The divider counts from here on: a new one is taken where the timer stands. */
+/* The divider counts from here on: a new one is taken where the timer starts. */
 static void start(struct esp *esp, unsigned number) {
     struct mcpwm *m = &esp->mcpwm;
     struct mcpwm_timer *timer = &m->timer[number];

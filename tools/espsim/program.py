@@ -71,11 +71,7 @@ class Program:
         self.chip, self.board = chip, load_board(board or BOARDS[kind])
         vectors = bare.PLACES[kind].vectors
         self.step_interrupt = Level()  # after run()
-        chip.load(program.read_bytes())
-        stack_end = chip.cpu().a[1]
-        if image is not None:
-            chip.load(image)
-            chip.load_symbols(program.read_bytes())
+        stack_end = self._load(program, image)
         self._wire()
         chip.write(vectors, c.window_vectors())
         step_vector = c.wsr(0, c.EXCSAVE1 + 4)
@@ -88,13 +84,20 @@ class Program:
         cpu.a[1], cpu.a[8] = stack_end - STACK_BASE, loaded.pc
         chip.write(cpu.a[1] - 12, int(stack_end).to_bytes(4, "little"))  # the caller's stack: where its window goes
         chip.set_cpu(cpu)
-        self._put("job_size", len(job))
-        self._put("period_us", period_us)
-        self._put("two_cores", two_cores)
-        self._put("flash_period_us", flash_period_us)
-        self._put("flash_erases", flash_erases)
+        words = {"job_size": len(job), "period_us": period_us, "two_cores": two_cores}
+        for name, value in (words | {"flash_period_us": flash_period_us, "flash_erases": flash_erases}).items():
+            self._put(name, value)
         chip.write(chip.symbol("job"), job.encode())
         chip.record_edges()
+
+    def _load(self, program: Path, image: bytes | None) -> int:
+        """@return the stack's end"""
+        self.chip.load(program.read_bytes())
+        end = self.chip.cpu().a[1]
+        if image is not None:
+            self.chip.load(image)
+            self.chip.load_symbols(program.read_bytes())
+        return int(end)
 
     def _wire(self) -> None:
         """Shift registers, when the board has them."""

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * A W5500 outside of the chip, as ESP-IDF's driver uses it: socket 0 in MACRAW mode, frames of variable
- * length (data sheet W5500). A frame is sent at once; commands are done when they are written. Other sockets,
- * the chip's own TCP/IP, and frames of fixed length are not emulated. */
+ * length (data sheet W5500). A frame is sent immediately; commands are done when they are written. Other
+ * sockets, the chip's own TCP/IP, and frames of fixed length are not emulated. */
 #include "esp.h"
 
 #include <string.h>

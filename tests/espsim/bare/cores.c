@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * Both cores: what starts the second, the time that they share, and flash that one of them writes while the
- * other one stands, as ESP-IDF does it. In IRAM. */
+ * other one stops, as ESP-IDF does it. In IRAM. */
 #include "bare.h"
 
 #include "esp_attr.h"
@@ -10,7 +10,8 @@ enum { STACK_WORDS = 4096, STACK_BASE = 16, TIMER0 = 6, APB_DIVIDER = 80 };
 enum { FLASH_PLACE = 0x3F0000, PAGE_WORDS = 16 };
 
 #if CONFIG_IDF_TARGET_ESP32
-#define CONTROL ((volatile uint32_t *)0x3FF0002C)   /* APPCPU_CTRL_A to D: reset, clock, stall, boot address \
+#define CONTROL                                                                                              \
+    ((volatile uint32_t *)0x3FF0002C)               /* APPCPU_CTRL_A to D: reset, clock, stall, boot address \
                                                      */
 #define TIMER     ((volatile uint32_t *)0x3FF60000) /* timer 0 of group 1 */
 #define SPI1      ((volatile uint32_t *)0x3FF42000)
