@@ -177,3 +177,11 @@ def test_pin_numbers_are_unique_and_fit_a_byte(key: tuple[str, str]) -> None:
     numbers = [pin.number for pin in load_chips()[key].pin.values()]
     assert len(numbers) == len(set(numbers))
     assert all(0 <= number < 0xFF for number in numbers)
+
+
+@pytest.mark.parametrize("board_id", IDS)
+def test_ethernet_has_a_select_line(board_id: str) -> None:
+    """Data sheet W5500, SPI Operation Mode: in the variable length mode, which ESP-IDF's driver uses alone, SCSn must
+    be controlled by the host. With SCSn at ground the chip takes frames of 1, 2 or 4 bytes of data only."""
+    ethernet = load_board(board_id).ethernet
+    assert ethernet is None or ethernet.cs.pin

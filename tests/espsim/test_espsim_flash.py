@@ -294,8 +294,8 @@ def test_a_peripheral_that_is_not_emulated_is_noted(flash: Flash) -> None:
     """Once. Firmware sets up all that its board has; its pin stays low."""
     at = flash.at
     for _ in range(2):
-        flash.store(at.gpio + at.outputs + 4 * 4, 71)
+        flash.store(at.gpio + at.outputs + 4 * 4, 96)
     flash.store(at.gpio + 0x24, 1 << 4)
     flash.store(at.gpio + 0x08, 1 << 4)
-    assert flash.chip.notes == ["GPIO 4 is routed to the signal 71, which is not emulated: it stays low"]
+    assert flash.chip.notes == ["GPIO 4 is routed to the signal 96, which is not emulated: it stays low"]
     assert flash.chip.level(4) == 0

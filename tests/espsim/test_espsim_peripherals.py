@@ -69,8 +69,8 @@ def test_the_matrix_inverts(registers: Registers) -> None:
 
 
 def test_signals_of_other_peripherals_stop_the_chip(registers: Registers) -> None:
-    with pytest.raises(ChipFault, match="GPIO 4 is routed to the signal 87, which is not emulated"):
-        registers.store(registers.at.gpio + registers.at.outputs + 4 * 4, 87)
+    with pytest.raises(ChipFault, match="GPIO 4 is routed to the signal 96, which is not emulated"):
+        registers.store(registers.at.gpio + registers.at.outputs + 4 * 4, 96)
 
 
 # ---- interrupts of pins ----

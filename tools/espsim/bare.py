@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from wificnc.board.model import Board
 from xtensa import windows
 from xtensa.compile import compile_all
 from xtensa.headers import small_headers
@@ -67,6 +68,8 @@ def rom_functions(chip: Chip) -> dict[str, int]:
             name, *addresses = line[4:].split(",")[:3]
             if (address := int(addresses[chip], 16)) != 0:
                 found[name] = address
+    if "ets_delay_us" in found:
+        found["esp_rom_delay_us"] = found["ets_delay_us"]  # ESP-IDF's name
     return found
 
 
@@ -92,14 +95,23 @@ def layout(chip: Chip, in_iram: Iterable[str]) -> str:
     )
 
 
-def build(tools: Toolchain, root: Path, chip: Chip, sources: Sequence[Path], own: Sequence[Path], output: Path) -> Path:
+def build(
+    tools: Toolchain,
+    root: Path,
+    chip: Chip,
+    sources: Sequence[Path],
+    own: Sequence[Path],
+    output: Path,
+    board: Board | None = None,
+) -> Path:
     """An ELF file whose entry is main(). Raises RuntimeError with what a tool said.
     @param sources  of the firmware: their objects stay in its own folder, so that other tests have them, too
-    @param own  of the program; they see headers next to them"""
+    @param own  of the program; they see headers next to them
+    @param board  None: that of the chip's tests"""
     name = PLACES[chip].name
-    firmware = root / "build" / "xtensa" / "small" / name
-    twin = firmware.with_name("esp32") if chip != Chip.ESP32 else None
-    plain = small_headers(root, name, firmware)
+    firmware = root / "build" / "xtensa" / "small" / (name if board is None else f"{name}-{board.id}")
+    twin = firmware.with_name("esp32") if chip != Chip.ESP32 or board is not None else None
+    plain = small_headers(root, name, firmware, board)
     c_files = [path for path in sources if path.suffix == ".c"]
     texts = windows.texts(compile_all(tools, root, plain, c_files, firmware, twin))
     near = replace(plain, system=(own[0].parent, *plain.system))

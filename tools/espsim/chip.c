@@ -90,6 +90,7 @@ static void create_parts(struct esp *esp) {
     efuse_create(esp);
     sha_create(esp);
     cores_create(esp);
+    parts_create(esp);
     dport_create(esp);
 }
 
@@ -121,6 +122,7 @@ void es_destroy(struct esp *esp) {
         free(esp->symbols[i].name);
     free(esp->symbols);
     free(esp->edges);
+    free(esp->w5500.sent);
     for (unsigned i = 0; i < UARTS; i++) {
         free(esp->uart[i].in);
         free(esp->uart[i].out);
@@ -139,13 +141,14 @@ static void events(struct esp *esp) {
     uart_event(esp);
     watchdogs_event(esp);
     systimer_event(esp);
+    parts_event(esp);
     special_timers(esp);
     esp->look = true;
 }
 
 static void look_around(struct esp *esp) {
     matrix_update(esp);
-    esp->next_event = soonest(soonest(timers_next(esp), uart_next(esp)),
+    esp->next_event = soonest(soonest(soonest(timers_next(esp), uart_next(esp)), parts_next(esp)),
                               soonest(soonest(special_next(esp), systimer_next(esp)), watchdogs_next(esp)));
     esp->look = false;
 }

@@ -18,12 +18,16 @@
  *   systimer.c   the S3's system timer
  *   efuse.c sha.c   what the chip is; random numbers; SHA-256
  *   gpio.c timer.c matrix.c uart.c   the peripherals
+ *   parts.c      those that make or take signals:
+ *   ledc.c mcpwm.c rmt.c i2s.c pcnt.c spi_master.c
+ *   shift.c w5500.c   chips outside
  *   cores.c      two cores that take turns
  *   chip.c       time */
 #ifndef WIFICNC_ESPSIM_ESP_H
 #define WIFICNC_ESPSIM_ESP_H
 
 #include "espsim.h"
+#include "parts.h"
 
 _Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "memories have the chip's order of bytes");
 
@@ -187,7 +191,10 @@ struct gpio {
     bool watched; /* some pin may interrupt */
     uint32_t out[2], enable[2], inverts[2], foreign[2], pulls[2], driven[2], drive[2], level[2];
     uint32_t io_mux[64];
-    uint32_t status[2], pin[ES_PINS], routed[ES_PINS], input[256];
+    uint32_t status[2], pin[ES_PINS], routed[ES_PINS], input[SIGNALS];
+    uint32_t signal[2], lets_out[2], listened[2]; /* pins: that peripherals make high, and let out */
+    uint32_t emulated[SIGNALS / 32], high[SIGNALS / 32];
+    uint64_t pins_of[SIGNALS];
 };
 
 struct uart {
@@ -293,6 +300,15 @@ struct esp {
     struct mmu mmu;
     struct spi spi[2];
     uint32_t cache_control[CORES], kept[KEPT][KEPT_WORDS];
+
+    struct shift shift;
+    struct i2s i2s;
+    struct rmt rmt;
+    struct ledc ledc;
+    struct mcpwm mcpwm;
+    struct pcnt pcnt;
+    struct spi_host spi_host[SPI_HOSTS];
+    struct w5500 w5500;
 
     bool record_edges;
     struct es_edge *edges;
@@ -421,6 +437,45 @@ void rom_call(struct esp *esp);
 void gpio_create(struct esp *esp);
 void io_mux_create(struct esp *esp);
 void gpio_pulls(struct esp *esp); /* they may have changed */
+/** An edge of a pin of the chip, or of a register outside. */
+void gpio_record(struct esp *esp, uint64_t cycle, unsigned pin, bool level);
+/** Signals of the matrix that a peripheral here makes. */
+void gpio_has_signals(struct esp *esp, unsigned first, unsigned count);
+void gpio_signal(struct esp *esp, uint64_t cycle, unsigned signal, bool level);
+bool gpio_is_routed(const struct esp *esp, unsigned pin, unsigned signal);
+/** The level of a signal that goes in. */
+bool gpio_input(const struct esp *esp, unsigned signal);
+/** pcnt_pins() and shift_pins() want to know of this pin. */
+void gpio_listen(struct esp *esp, unsigned pin);
+/* parts.c */
+void parts_create(struct esp *esp);
+uint64_t parts_next(const struct esp *esp);
+void parts_event(struct esp *esp);
+/* spi_master.c, w5500.c */
+void spi_master_create(struct esp *esp);
+uint64_t spi_master_next(const struct esp *esp);
+void spi_master_event(struct esp *esp);
+/** A frame of SPI, from the select line's fall to its rise. */
+void w5500_exchange(struct esp *esp, const uint8_t *out, uint8_t *in, size_t count);
+/* shift.c */
+void shift_sync(struct esp *esp); /* what has left a peripheral until now is in the registers */
+void shift_pins(struct esp *esp, uint64_t cycle, unsigned bank, uint32_t changed);
+void shift_bits(struct esp *esp, uint32_t bits, unsigned count);
+void shift_show(struct esp *esp, uint64_t cycle); /* the latch rises */
+/* i2s.c, rmt.c, ledc.c, mcpwm.c, pcnt.c */
+void i2s_create(struct esp *esp);
+void i2s_sync(struct esp *esp);
+uint64_t i2s_next(const struct esp *esp);
+void rmt_create(struct esp *esp);
+void rmt_event(struct esp *esp);
+void ledc_create(struct esp *esp);
+void ledc_event(struct esp *esp);
+void mcpwm_create(struct esp *esp);
+void mcpwm_event(struct esp *esp);
+void pcnt_create(struct esp *esp);
+void pcnt_pins(struct esp *esp, uint64_t cycle);
+void pcnt_routed(struct esp *esp, unsigned signal);
+void pcnt_event(struct esp *esp);
 void timers_create(struct esp *esp);
 uint64_t timers_next(const struct esp *esp);
 void timers_event(struct esp *esp);

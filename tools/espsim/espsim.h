@@ -15,7 +15,7 @@ struct esp;
 
 enum es_chip { ES_ESP32, ES_ESP32S3 };
 
-enum { ES_CPU_HZ = 240000000, ES_APB_HZ = 80000000, ES_PINS = 64 };
+enum { ES_CPU_HZ = 240000000, ES_APB_HZ = 80000000, ES_PINS = 64, ES_SHIFT_FIRST = 64 };
 
 /** Why es_run() came back. */
 enum es_stop {
@@ -102,6 +102,22 @@ struct es_edge {
 void es_record_edges(struct esp *esp, bool on);
 /** Take edges, oldest first. @return how many */
 size_t es_edges(struct esp *esp, struct es_edge *out, size_t room);
+
+/** Wire a chain of 74HC595, 32 outputs, to these pins. Its outputs are recorded as pins ES_SHIFT_FIRST + 0 to
+ * 31, of which 0 has the bit that came last. At power-on they show anything: here all are high. */
+void es_shift_registers(struct esp *esp, unsigned clock, unsigned data, unsigned latch);
+uint32_t es_shift_outputs(struct esp *esp);
+
+/* ---- a W5500 at SPI2 or SPI3 of an ESP32 ---- */
+
+/** @param host  2 or 3. @param select  the host's select line, 0 to 2. @return false: there are no such ones
+ */
+bool es_w5500(struct esp *esp, unsigned host, unsigned select);
+void es_w5500_link(struct esp *esp, bool up);
+/** An Ethernet frame comes. @return false: dropped, as it is not for the chip or its buffer is full */
+bool es_w5500_put(struct esp *esp, const uint8_t *frame, size_t count);
+/** Take the oldest frame that was sent. @return its size; 0: none, or there is no room for it */
+size_t es_w5500_get(struct esp *esp, uint8_t *frame, size_t room);
 
 /* ---- UARTs 0 to 2 ---- */
 

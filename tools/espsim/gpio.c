@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * GPIO registers and the matrix behind them, as far as a pin is driven by its GPIO register: with its
- * inversion. Each change of an output pin is recorded with its cycle. */
+ * GPIO registers and the matrix behind them: a pin is driven by its GPIO register or by a signal of another
+ * peripheral, with its inversion. Each change of an output pin is recorded with its cycle. */
 #include "esp.h"
 
 #include <string.h>
@@ -22,6 +22,9 @@ enum {
     SIGNAL_MASK = 0x1FF,
     FLASH_SIGNALS = 6,
     ROUTE_INVERTS = 1 << 9,
+    ROUTE_ENABLES = 1 << 10, /* GPIO_ENABLE lets the pin out, not the peripheral */
+    INPUT_PIN = 0x3F,
+    INPUT_INVERTS = 1 << 6,
     STRAP_FLASH = 0x13
 };
 
@@ -60,20 +63,27 @@ static unsigned pins_of(const struct esp *esp) {
 
 /* ---- levels ---- */
 
-static void record(struct esp *esp, unsigned pin, bool level) {
+void gpio_record(struct esp *esp, uint64_t cycle, unsigned pin, bool level) {
     if (!esp->record_edges ||
         !chip_grow(&esp->edges, &esp->edge_room, esp->edge_count + 1, sizeof *esp->edges))
         return;
     esp->edges[esp->edge_count++] =
-        (struct es_edge){.cycle = esp->cycles, .pin = (uint8_t)pin, .level = (uint8_t)level};
+        (struct es_edge){.cycle = cycle, .pin = (uint8_t)pin, .level = (uint8_t)level};
 }
 
-/* The signal of another peripheral is low. */
+/* Pins that are outputs: by GPIO_ENABLE, or by a peripheral, whose output is always on. */
+static uint32_t outputs_of(const struct gpio *gpio, unsigned bank) {
+    return gpio->enable[bank] | gpio->lets_out[bank];
+}
+
+/* The signal of a peripheral that is not emulated is low. */
 static uint32_t level_of(const struct gpio *gpio, unsigned bank) {
     const uint32_t driven =
         (gpio->drive[bank] & gpio->driven[bank]) | (gpio->pulls[bank] & ~gpio->driven[bank]);
-    const uint32_t out = (gpio->out[bank] & ~gpio->foreign[bank]) ^ gpio->inverts[bank];
-    return (out & gpio->enable[bank]) | (driven & ~gpio->enable[bank]);
+    const uint32_t own = gpio->out[bank] & ~gpio->foreign[bank];
+    const uint32_t out = (own | (gpio->signal[bank] & gpio->foreign[bank])) ^ gpio->inverts[bank];
+    const uint32_t outputs = outputs_of(gpio, bank);
+    return (out & outputs) | (driven & ~outputs);
 }
 
 /* ---- interrupts ---- */
@@ -118,20 +128,71 @@ static void notice(struct esp *esp, unsigned bank, uint32_t changed) {
                         (asking(esp, core, 0) | asking(esp, core, 1)) != 0);
 }
 
-static void record_changes(struct esp *esp, unsigned bank, uint32_t pins) {
+static void record_changes(struct esp *esp, uint64_t cycle, unsigned bank, uint32_t pins) {
     for (uint32_t left = pins; left != 0; left &= left - 1) {
         const unsigned bit = (unsigned)__builtin_ctz(left);
-        record(esp, 32 * bank + bit, (esp->gpio.level[bank] >> bit & 1) != 0);
+        gpio_record(esp, cycle, 32 * bank + bit, (esp->gpio.level[bank] >> bit & 1) != 0);
     }
 }
 
-static void update(struct esp *esp, unsigned bank) {
+static void update_at(struct esp *esp, uint64_t cycle, unsigned bank) {
     struct gpio *gpio = &esp->gpio;
     const uint32_t now = level_of(gpio, bank), changed = now ^ gpio->level[bank];
     gpio->level[bank] = now;
     if (gpio->watched)
         notice(esp, bank, changed);
-    record_changes(esp, bank, changed & gpio->enable[bank]);
+    record_changes(esp, cycle, bank, changed & outputs_of(gpio, bank));
+    if ((changed & gpio->listened[bank]) != 0) {
+        pcnt_pins(esp, cycle);
+        shift_pins(esp, cycle, bank, changed);
+    }
+}
+
+static void update(struct esp *esp, unsigned bank) {
+    update_at(esp, esp->cycles, bank);
+}
+
+/* ---- signals of other peripherals ---- */
+
+void gpio_has_signals(struct esp *esp, unsigned first, unsigned count) {
+    for (unsigned signal = first; signal < first + count; signal++)
+        esp->gpio.emulated[signal / 32] |= 1u << signal % 32;
+}
+
+static bool is_emulated(const struct esp *esp, unsigned signal) {
+    return signal < SIGNALS && (esp->gpio.emulated[signal / 32] >> signal % 32 & 1) != 0;
+}
+
+static void show_signal(struct gpio *gpio, unsigned pin, bool level) {
+    const uint32_t bit = 1u << pin % 32;
+    gpio->signal[pin / 32] = level ? gpio->signal[pin / 32] | bit : gpio->signal[pin / 32] & ~bit;
+}
+
+void gpio_signal(struct esp *esp, uint64_t cycle, unsigned signal, bool level) {
+    struct gpio *gpio = &esp->gpio;
+    gpio->high[signal / 32] =
+        level ? gpio->high[signal / 32] | 1u << signal % 32 : gpio->high[signal / 32] & ~(1u << signal % 32);
+    for (uint64_t left = gpio->pins_of[signal]; left != 0; left &= left - 1)
+        show_signal(gpio, (unsigned)__builtin_ctzll(left), level);
+    for (unsigned bank = 0; bank < 2; bank++)
+        if ((gpio->pins_of[signal] >> 32 * bank & UINT32_MAX) != 0)
+            update_at(esp, cycle, bank);
+}
+
+bool gpio_is_routed(const struct esp *esp, unsigned pin, unsigned signal) {
+    return (esp->gpio.pins_of[signal] >> pin & 1) != 0;
+}
+
+/* FUNCn_IN_SEL: the pin, or one of two numbers that are no pin: always low, always high. */
+bool gpio_input(const struct esp *esp, unsigned signal) {
+    const uint32_t value = esp->gpio.input[signal], pin = value & INPUT_PIN;
+    const uint32_t low = esp->chip == ES_ESP32 ? 0x30 : 0x3C;
+    const bool level = pin == 0x38 || (pin != low && (esp->gpio.level[pin / 32] >> pin % 32 & 1) != 0);
+    return level != ((value & INPUT_INVERTS) != 0);
+}
+
+void gpio_listen(struct esp *esp, unsigned pin) {
+    esp->gpio.listened[pin / 32 & 1] |= 1u << pin % 32;
 }
 
 /* ---- registers ---- */
@@ -149,23 +210,43 @@ static unsigned set_or_clear(uint32_t word[2], uint32_t at, uint32_t value) {
 }
 
 /* Firmware in flash sets up all that its board has; a bare program uses what it sets up. */
-static void route(struct esp *esp, unsigned pin, uint32_t value) {
-    if ((value & SIGNAL_MASK) < FLASH_SIGNALS)
-        (void)0; /* the flash chip's own wires */
-    else if ((value & SIGNAL_MASK) != SIGNAL_GPIO && esp->flash.size != 0)
+static void check_signal(struct esp *esp, unsigned pin, unsigned signal) {
+    if (signal < FLASH_SIGNALS || signal == SIGNAL_GPIO || is_emulated(esp, signal))
+        return; /* the first ones are the flash chip's own wires */
+    if (esp->flash.size != 0)
         chip_note(esp, "GPIO %u is routed to the signal %u, which is not emulated: it stays low", pin,
-                  value & SIGNAL_MASK);
-    else if ((value & SIGNAL_MASK) != SIGNAL_GPIO)
-        chip_fault(esp, "GPIO %u is routed to the signal %u, which is not emulated", pin,
-                   value & SIGNAL_MASK);
+                  signal);
+    else
+        chip_fault(esp, "GPIO %u is routed to the signal %u, which is not emulated", pin, signal);
+}
+
+static void set_bit(uint32_t *word, uint32_t bit, bool on) {
+    *word = on ? *word | bit : *word & ~bit;
+}
+
+static void route(struct esp *esp, unsigned pin, uint32_t value) {
     struct gpio *gpio = &esp->gpio;
-    const uint32_t bit = 1u << pin % 32, bank = pin / 32;
+    const uint32_t bit = 1u << pin % 32, bank = pin / 32, before = gpio->routed[pin] & SIGNAL_MASK;
+    const unsigned signal = value & SIGNAL_MASK;
+    shift_sync(esp);
+    check_signal(esp, pin, signal);
+    if (before < SIGNALS)
+        gpio->pins_of[before] &= ~(1ull << pin);
+    if (signal < SIGNALS) {
+        gpio->pins_of[signal] |= 1ull << pin;
+        show_signal(gpio, pin, (gpio->high[signal / 32] >> signal % 32 & 1) != 0);
+    }
     gpio->routed[pin] = value;
-    gpio->inverts[bank] =
-        (value & ROUTE_INVERTS) != 0 ? gpio->inverts[bank] | bit : gpio->inverts[bank] & ~bit;
-    gpio->foreign[bank] =
-        (value & SIGNAL_MASK) != SIGNAL_GPIO ? gpio->foreign[bank] | bit : gpio->foreign[bank] & ~bit;
+    set_bit(&gpio->inverts[bank], bit, (value & ROUTE_INVERTS) != 0);
+    set_bit(&gpio->foreign[bank], bit, signal != SIGNAL_GPIO);
+    set_bit(&gpio->lets_out[bank], bit, is_emulated(esp, signal) && (value & ROUTE_ENABLES) == 0);
     update(esp, bank);
+}
+
+/* What listens takes the new pin's level. */
+static void route_input(struct esp *esp, unsigned signal, uint32_t value) {
+    esp->gpio.input[signal] = value;
+    pcnt_routed(esp, signal);
 }
 
 static void store(struct esp *esp, uint32_t offset, uint32_t value) {
@@ -183,7 +264,7 @@ static void store(struct esp *esp, uint32_t offset, uint32_t value) {
         gpio->watched |= (value >> 7 & 7) != 0;
         notice(esp, (offset - pins) / 4 / 32, 0);
     } else if (offset - inputs < 4 * 256)
-        gpio->input[(offset - inputs) / 4] = value;
+        route_input(esp, (offset - inputs) / 4, value);
     else if (offset - outputs < 4 * count)
         route(esp, (offset - outputs) / 4, value);
     else
@@ -230,7 +311,9 @@ void gpio_create(struct esp *esp) {
         gpio->routed[pin] = SIGNAL_GPIO;
     for (unsigned bank = 0; bank < 2; bank++) {
         gpio->level[bank] = level_of(gpio, bank);
-        record_changes(esp, bank, (gpio->level[bank] ^ before.level[bank]) & before.enable[bank]);
+        gpio->listened[bank] = before.listened[bank];
+        record_changes(esp, esp->cycles, bank,
+                       (gpio->level[bank] ^ before.level[bank]) & outputs_of(&before, bank));
     }
 }
 

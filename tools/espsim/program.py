@@ -12,7 +12,7 @@ from xtensa.toolchain import Toolchain
 
 from espsim import bare
 from espsim import code as c
-from espsim.virtual import CPU_HZ, Chip, Cpu, Level, VirtualChip
+from espsim.virtual import CPU_HZ, SHIFT_FIRST, Chip, Cpu, Level, VirtualChip
 
 ROOT = Path(__file__).resolve().parents[2]
 BARE = ROOT / "tests" / "espsim" / "bare"
@@ -23,6 +23,7 @@ REAL = (
     *("targets/esp32/app/wired.c", "targets/esp32/io/pin_map.c"),
     "targets/pic32mz/libc/math.c",  # in place of newlib's
 )
+SHIFTED = ("targets/esp32/hal/step_shift.c", "targets/esp32/hal/shift_i2s.c")
 LEVEL5_VECTOR, USER_VECTOR, START = 0x240, 0x340, 0x380
 STACK_BASE = 64
 PS_UM, PS_WOE = 0x20, 0x40000
@@ -30,11 +31,13 @@ SAME_EVENT = 100  # cycles in which edges belong to one step event
 CCOMPARE0 = 240
 
 
-def build(tools: Toolchain, chip: Chip) -> Path:
-    """The program. Raises RuntimeError."""
-    sources = [*sorted((ROOT / "core").rglob("*.c")), *(ROOT / name for name in REAL)]
-    output = ROOT / "build" / "espsim" / bare.PLACES[chip].name
-    return bare.build(tools, ROOT, chip, sources, sorted(BARE.glob("*.c")), output)
+def build(tools: Toolchain, chip: Chip, board: Board | None = None) -> Path:
+    """The program. Raises RuntimeError. @param board  None: that of BOARDS"""
+    real = REAL if board is None or board.step.engine != "i2s" else (*REAL, *SHIFTED)
+    sources = [*sorted((ROOT / "core").rglob("*.c")), *(ROOT / name for name in real)]
+    name = bare.PLACES[chip].name
+    output = ROOT / "build" / "espsim" / (name if board is None else f"{name}-{board.id}")
+    return bare.build(tools, ROOT, chip, sources, sorted(BARE.glob("*.c")), output, board)
 
 
 def timer_handler() -> bytes:
@@ -49,11 +52,27 @@ def timer_handler() -> bytes:
 class Program:
     """A chip that runs a job."""
 
-    def __init__(self, chip: VirtualChip, kind: Chip, program: Path, job: str, period_us: int) -> None:
-        self.chip, self.board = chip, load_board(BOARDS[kind])
+    def __init__(
+        self,
+        chip: VirtualChip,
+        kind: Chip,
+        program: Path,
+        job: str,
+        period_us: int,
+        *,
+        board: str | None = None,
+        two_cores: bool = False,
+        image: bytes | None = None,
+        flash_period_us: int = 0,
+        flash_erases: bool = False,
+    ) -> None:
+        """@param image  the program as an image, which lies in the flash chip
+        @param flash_period_us  core 0 writes a page of flash as often, or erases a sector; 0: never"""
+        self.chip, self.board = chip, load_board(board or BOARDS[kind])
         vectors = bare.PLACES[kind].vectors
         self.step_interrupt = Level()  # after run()
-        chip.load(program.read_bytes())
+        stack_end = self._load(program, image)
+        self._wire()
         chip.write(vectors, c.window_vectors())
         step_vector = c.wsr(0, c.EXCSAVE1 + 4)
         step_vector += c.call0(vectors + LEVEL5_VECTOR + 3, chip.symbol("xt_highint5"))
@@ -62,13 +81,30 @@ class Program:
         loaded = chip.cpu()
         chip.write(vectors + START, c.wide(0, 14, 8))  # callx8 a8
         cpu = Cpu(pc=vectors + START, ps=PS_UM | PS_WOE, vecbase=vectors, cpenable=1, windowstart=1)
-        cpu.a[1], cpu.a[8] = loaded.a[1] - STACK_BASE, loaded.pc
-        chip.write(cpu.a[1] - 12, int(loaded.a[1]).to_bytes(4, "little"))  # the caller's stack: where its window goes
+        cpu.a[1], cpu.a[8] = stack_end - STACK_BASE, loaded.pc
+        chip.write(cpu.a[1] - 12, int(stack_end).to_bytes(4, "little"))  # the caller's stack: where its window goes
         chip.set_cpu(cpu)
-        self._put("job_size", len(job))
-        self._put("period_us", period_us)
+        words = {"job_size": len(job), "period_us": period_us, "two_cores": two_cores}
+        for name, value in (words | {"flash_period_us": flash_period_us, "flash_erases": flash_erases}).items():
+            self._put(name, value)
         chip.write(chip.symbol("job"), job.encode())
         chip.record_edges()
+
+    def _load(self, program: Path, image: bytes | None) -> int:
+        """@return the stack's end"""
+        self.chip.load(program.read_bytes())
+        end = self.chip.cpu().a[1]
+        if image is not None:
+            self.chip.load(image)
+            self.chip.load_symbols(program.read_bytes())
+        return int(end)
+
+    def _wire(self) -> None:
+        """Shift registers, when the board has them."""
+        if self.board.i2so is not None:
+            pins = (self.board.i2so.bck, self.board.i2so.data, self.board.i2so.ws)
+            clock, data, latch = (int(pin.pin.removeprefix("GPIO")) for pin in pins)
+            self.chip.wire_shift_registers(clock, data, latch)
 
     def _put(self, name: str, value: int) -> None:
         self.chip.write(self.chip.symbol(name), value.to_bytes(4, "little"))
@@ -98,9 +134,13 @@ class Program:
 
 
 def pins_of(board: Board, kind: str) -> list[int]:
-    """GPIO numbers by axis."""
+    """Numbers by axis: GPIO pins, or outputs of shift registers."""
     names = board.pin_names()
-    return [int(names[f"{kind}_{axis.lower()}"].removeprefix("GPIO")) for axis in board.axes]
+    return [_number(names[f"{kind}_{axis.lower()}"]) for axis in board.axes]
+
+
+def _number(pin: str) -> int:
+    return SHIFT_FIRST + int(pin.removeprefix("I2SO.")) if pin.startswith("I2SO.") else int(pin.removeprefix("GPIO"))
 
 
 def step_events(edges: list[tuple[int, int, int]], board: Board) -> NDArray[np.int64]:

@@ -13,6 +13,8 @@ from wificnc.build.mzsim import ensure_chip_library
 from wificnc.errors import BuildError
 
 CPU_HZ = 240_000_000
+SHIFT_FIRST = 64  # ES_SHIFT_FIRST
+FRAME_MAX = 2048
 ROOM = 1 << 16  # edges taken out of the library in one call
 
 
@@ -83,6 +85,12 @@ PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "es_pin_drive": (None, (_CHIP, c_uint, c_int)),
     "es_pin_level": (c_int, (_CHIP, c_uint)),
     "es_record_edges": (None, (_CHIP, c_bool)),
+    "es_shift_registers": (None, (_CHIP, c_uint, c_uint, c_uint)),
+    "es_shift_outputs": (c_uint32, (_CHIP,)),
+    "es_w5500": (c_bool, (_CHIP, c_uint, c_uint)),
+    "es_w5500_link": (None, (_CHIP, c_bool)),
+    "es_w5500_put": (c_bool, (_CHIP, c_char_p, c_size_t)),
+    "es_w5500_get": (c_size_t, (_CHIP, c_char_p, c_size_t)),
     "es_edges": (c_size_t, (_CHIP, POINTER(Edge), c_size_t)),
     "es_uart_put": (None, (_CHIP, c_uint, c_char_p, c_size_t)),
     "es_uart_get": (c_size_t, (_CHIP, c_uint, c_char_p, c_size_t)),
@@ -234,6 +242,34 @@ class VirtualChip:
         while count := self._library.es_edges(self._chip, buffer, ROOM):
             found += [(edge.cycle, edge.pin, edge.level) for edge in buffer[:count]]
         return found
+
+    def wire_shift_registers(self, clock: int, data: int, latch: int) -> None:
+        """A chain of 32 outputs, seen as pins SHIFT_FIRST to SHIFT_FIRST + 31."""
+        self._library.es_shift_registers(self._chip, clock, data, latch)
+
+    def shift_outputs(self) -> int:
+        """Bit 0 was shifted in last."""
+        return int(self._library.es_shift_outputs(self._chip))
+
+    # ---- Ethernet ----
+
+    def wire_w5500(self, host: int, select: int) -> None:
+        """Raises ValueError where there is no such host or select line."""
+        if not self._library.es_w5500(self._chip, host, select):
+            raise ValueError(f"no select line {select} of SPI{host}")
+
+    def set_link(self, up: bool) -> None:
+        self._library.es_w5500_link(self._chip, up)
+
+    def put_frame(self, frame: bytes) -> bool:
+        """@return whether the W5500 has taken it"""
+        return bool(self._library.es_w5500_put(self._chip, frame, len(frame)))
+
+    def take_frame(self) -> bytes:
+        """The oldest that was sent; b"": none."""
+        buffer = ctypes.create_string_buffer(FRAME_MAX)
+        count = int(self._library.es_w5500_get(self._chip, buffer, FRAME_MAX))
+        return buffer.raw[:count]
 
     # ---- UARTs ----
 

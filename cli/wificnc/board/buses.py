@@ -12,15 +12,17 @@ from wificnc.protocol.tmc import load_tmcs
 
 
 class Ethernet(Strict):
-    """W5500 on SPI. Without `cs` its SCSn is tied to ground."""
+    """W5500 on SPI. The firmware asks it, so `int` is not needed."""
 
     chip: Literal["w5500"]
     spi_host: str
     mosi: OutputWire
     miso: InputWire
     sclk: OutputWire
-    int: InputWire
-    cs: OutputWire | None = None
+    cs: OutputWire = Field(
+        description="SCSn; not ground, as ESP-IDF's driver sends frames of any length, which end where it rises"
+    )
+    int: InputWire | None = None
 
 
 class Serial(Strict):

@@ -4,9 +4,11 @@
 #include "bare.h"
 #include "hal/step_vector.h"
 
+#include "driver/gpio.h"
 #include "esp_intr_alloc.h"
 #include "esp_private/periph_ctrl.h"
 #include "esp_rom_gpio.h"
+#include "hal/i2s_ll.h"
 #include "hal/timer_ll.h"
 #include "sdkconfig.h"
 
@@ -15,16 +17,22 @@ enum { CYCLES_PER_US = 240, LEVEL5 = 26, TIMER0 = 6, INVERTS = 1 << 9 };
 /* The interrupt matrix, the source of timer 0 of group 0 (the small headers have the ESP32's for both), and
  * the GPIO matrix. */
 #if CONFIG_IDF_TARGET_ESP32
-#define MATRIX       ((volatile uint32_t *)0x3FF00104)
+#define MATRIX       ((volatile uint32_t *)(is_core1() ? 0x3FF00218 : 0x3FF00104))
 #define STEP_SOURCE  14
 #define FUNC_OUT_SEL ((volatile uint32_t *)0x3FF44530)
 #else
-#define MATRIX       ((volatile uint32_t *)0x600C2000)
+#define MATRIX       ((volatile uint32_t *)(is_core1() ? 0x600C2800 : 0x600C2000))
 #define STEP_SOURCE  50
 #define FUNC_OUT_SEL ((volatile uint32_t *)0x60004554)
 #endif
 
 mcpwm_dev_t MCPWM0; /* in RAM: no spindle is on it */
+
+static bool is_core1(void) {
+    uint32_t id;
+    __asm__ volatile("rsr %0, prid" : "=r"(id));
+    return id == 0xABAB;
+}
 
 /* ---- ESP-IDF ---- */
 
@@ -37,6 +45,38 @@ esp_err_t esp_intr_alloc(int source, int flags, intr_handler_t handler, void *ar
     MATRIX[STEP_SOURCE] = LEVEL5;
     __asm__ volatile("wsr %0, intenable\n\trsync" ::"r"(1u << LEVEL5 | 1u << TIMER0));
     return ESP_OK;
+}
+
+esp_err_t gpio_set_level(gpio_num_t gpio, uint32_t level) {
+    const uint32_t bit = 1u << (unsigned)gpio % 32;
+    if (gpio < 32 && level != 0)
+        GPIO.out_w1ts = bit;
+    else if (gpio < 32)
+        GPIO.out_w1tc = bit;
+    else if (level != 0)
+        GPIO.out1_w1ts.val = bit;
+    else
+        GPIO.out1_w1tc.val = bit;
+    return ESP_OK;
+}
+
+/* Outputs. */
+esp_err_t gpio_config(const gpio_config_t *config) {
+    GPIO.enable_w1ts = (uint32_t)config->pin_bit_mask;
+    GPIO.enable1_w1ts.val = (uint32_t)(config->pin_bit_mask >> 32);
+    return ESP_OK;
+}
+
+void periph_rcc_enter(void) {}
+void periph_rcc_exit(void) {}
+
+void i2s_ll_enable_bus_clock(int port, bool enable) {
+    (void)port;
+    (void)enable;
+}
+
+void i2s_ll_reset_register(int port) {
+    (void)port;
 }
 
 void esp_rom_gpio_connect_out_signal(uint32_t gpio, uint32_t signal, bool inverted, bool enable_inverted) {
@@ -95,8 +135,11 @@ void bare_outputs(const struct step_engine_board *board) {
     }
 }
 
+/* Cores' CCOUNTs have begun at different moments. */
 uint32_t hal_time_us(const struct hal *hal) {
     struct hal *now = (struct hal *)hal;
+    if (hal->two_cores)
+        return bare_timer_us();
     const uint32_t cycles = esp_cpu_get_cycle_count();
     now->cycles += cycles - now->seen_cycles;
     now->seen_cycles = cycles;
