@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import pytest
 from console_page import SLOW, Console, load, square, typed
 from playwright.sync_api import Locator, Page, expect
-from slow import slow_but
+from test_page_drives import settings_tab
 from test_screens import LOOKS, ROOT, TABS
 from web_fixture import Watched
 from wificnc.serve.page import PageServer
@@ -142,6 +143,16 @@ def test_inputs_of_the_board_have_names(phone: Page) -> None:
     phone.click("#tab-inout")
     for name in ("Schutztür", "Halt-Taste", "Start-Taste"):
         expect(phone.get_by_label(name)).to_be_visible()
+
+
+def test_the_table_of_motor_drivers_needs_no_scrolling(built_page: Path, watched: Callable[..., Watched]) -> None:
+    """In the longest words; the button at its end is whole."""
+    with settings_tab(built_page, watched, "fysetc-e4", look="phone") as (page, _):
+        expect(page.locator("[data-test=driver-X]")).to_be_visible()
+        page.locator("[data-test=language]").select_option("de")
+        expect(page.locator("[data-test=driver-X]")).to_contain_text("nicht geschrieben")
+        wide = page.locator("[data-test=drivers]").evaluate("table => table.parentElement.scrollWidth - table.parentElement.clientWidth")
+        assert wide <= 0
 
 
 # ---- units ----
