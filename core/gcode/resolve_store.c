@@ -88,8 +88,9 @@ static enum status take_diameter(struct resolver *r) {
     return STATUS_OK;
 }
 
-/* G10 L1: Z is the length of tool P, which stays as it is where R stands alone. L10: Z is what the position shall read once that tool's length is in
- * force. L11: the same in G59.3 without G92, where a touch-off block may have its place. */
+/* G10 L1: Z is the length of tool P, which stays as it is where only R is given. L10: Z is what the position
+ * shall read once that tool's length is in force. L11: the same in G59.3 without G92, where a touch-off block
+ * may have its place. */
 static enum status store_tool(struct resolver *r, int l, double p) {
     const struct gcode_offsets *offsets = &r->state->offsets;
     const double position = r->state->position_mm[AXIS_Z];

@@ -20,31 +20,6 @@
 
 #include <stddef.h>
 
-static char shown(char character) {
-    return character == '[' ? '(' : character == ']' ? ')' : character == '|' ? '/' : character;
-}
-
-bool lines_comment(const struct machine_lines *lines, char *text, size_t size) {
-    const char *from = lines->reader.comment;
-    const char *end = from + lines->reader.commented;
-    const bool is_given = from != end;
-    enum { MARK = 4 };
-    size_t count = 0;
-    while (from != end && *from == ' ')
-        from++;
-    if (end - from >= MARK && (from[0] | 32) == 'm' && (from[1] | 32) == 's' && (from[2] | 32) == 'g' &&
-        from[3] == ',')
-        from += MARK;
-    while (from != end && *from == ' ')
-        from++;
-    while (from != end && end[-1] == ' ')
-        end--;
-    for (; from != end && count + 1 < size; from++)
-        text[count++] = shown(*from);
-    text[count] = '\0';
-    return is_given;
-}
-
 enum status lines_begin_gcode(struct machine *machine) {
     const struct gcode_command *command = &machine->task.command;
     enum status status = reach_move(machine, &command->move);

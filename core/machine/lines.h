@@ -41,11 +41,6 @@ static inline void lines_flush_jogs(struct machine_lines *lines) {
     lines->flushing = true;
 }
 
-/** The comment of the present line, as messages show it: without blanks at its ends, and without the MSG, that
- * some programs write for senders; the marks of a report are others.
- *  @return false: it has none, and text is "". A comment of blanks is one, and "", too */
-bool lines_comment(const struct machine_lines *lines, char *text, size_t size);
-
 /** $H is done: it is answered after the startup lines; or no one waits for that. */
 static inline void lines_answer_homing(struct machine_lines *lines, bool answers) {
     lines->homed_line = answers;

@@ -54,7 +54,7 @@ void report_gaps(struct machine *machine) {
 
 static void report_comment(const struct machine *machine) {
     char text[LINE_COMMENT_SIZE + 1];
-    if (!lines_comment(&machine->lines, text, sizeof text) || text[0] == '\0')
+    if (!line_reader_comment(&machine->lines.reader, text, sizeof text) || text[0] == '\0')
         return;
     text_string(&machine->out, " ");
     text_string(&machine->out, text);

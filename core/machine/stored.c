@@ -12,9 +12,12 @@
 #include <string.h>
 
 /* What the user calls the values, by key. */
-static const char *const names[] = {[STORED_SETTINGS] = "settings",       [STORED_OFFSETS] = "work offsets",
-                                    [STORED_STARTUP] = "startup lines",   [STORED_INFO] = "$I text",
-                                    [STORED_WCS_MORE] = "G59.1 to G59.3", [STORED_TOOLS] = "tool table",
+static const char *const names[] = {[STORED_SETTINGS] = "settings",
+                                    [STORED_OFFSETS] = "work offsets",
+                                    [STORED_STARTUP] = "startup lines",
+                                    [STORED_INFO] = "$I text",
+                                    [STORED_WCS_MORE] = "G59.1 to G59.3",
+                                    [STORED_TOOLS] = "tool table",
                                     [STORED_NOTES] = "notes of T1 to T16",
                                     [STORED_NOTES + 1] = "notes of T17 to T32",
                                     [STORED_NOTES + 2] = "notes of T33 to T48",

@@ -44,8 +44,9 @@ struct machine_stored {
     enum stored_step step;
     enum stored_follow follow;
     uint16_t keys; /* STORED_BIT()s of what is being written */
-    const struct tool_note_edit *edit; /* of the tool whose note is stored; NULL: notes of `keys` are cleared */
-    bool answers;  /* the line that asked for it is not answered before it is done */
+    const struct tool_note_edit
+        *edit;    /* of the tool whose note is stored; NULL: notes of `keys` are cleared */
+    bool answers; /* the line that asked for it is not answered before it is done */
     struct store_batch batch;
 };
 

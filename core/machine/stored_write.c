@@ -45,7 +45,8 @@ _Static_assert((int)OFFSETS_SIZE <= (int)STORE_OTHERS_SIZE && (int)WCS_MORE_SIZE
 _Static_assert((int)OTHERS_COUNT + 1 == (int)STORE_BATCH_VALUES, "the settings and the others");
 _Static_assert((int)OTHERS_SUM + OTHERS_COUNT * (int)STORE_HEAD_SIZE <= (int)STORE_OTHERS_ROOM,
                "a batch has room for each value once: STORE_OTHERS_ROOM");
-_Static_assert((int)TOOLS_SIZE + (int)sizeof(struct tool_notes) + 2 * (int)STORE_HEAD_SIZE <= (int)STORE_BATCH_SIZE,
+_Static_assert((int)TOOLS_SIZE + (int)sizeof(struct tool_notes) + 2 * (int)STORE_HEAD_SIZE <=
+                   (int)STORE_BATCH_SIZE,
                "a batch has room for a tool's length and note");
 
 static void add(struct machine *machine, enum stored_key key, const void *bytes, size_t size) {
@@ -158,6 +159,14 @@ bool stored_save(struct machine *machine, unsigned keys) {
     }
     machine->stored.keys = (uint16_t)keys;
     return begin_write(machine);
+}
+
+void stored_save_note(struct machine *machine, unsigned keys, const struct tool_note_edit *edit) {
+    if (stored_records(machine).ops == NULL)
+        report_message(machine, "Not stored"); /* and nothing else keeps it */
+    machine->stored.edit = edit;
+    (void)stored_save(machine, keys);
+    machine->stored.edit = NULL;
 }
 
 void stored_startup(struct machine *machine) {

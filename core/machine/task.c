@@ -216,7 +216,7 @@ static void take_note(struct machine *machine) {
     struct machine_task *task = &machine->task;
     const bool is_read = machine->lines.source == LINE_STREAM && task->command.store_tool_noted;
     task->note.is_given =
-        is_read && lines_comment(&machine->lines, task->note.text, sizeof task->note.text);
+        is_read && line_reader_comment(&machine->lines.reader, task->note.text, sizeof task->note.text);
 }
 
 void task_begin(struct machine *machine) {
@@ -290,12 +290,10 @@ static void save(struct machine *machine, unsigned keys) {
                                         .text = task->note.is_given ? task->note.text : NULL};
     if (task->command.store == STORE_TOOL && (edit.diameter_mm >= 0.0f || edit.text != NULL)) {
         keys |= STORED_BIT(STORED_NOTES + tool_notes_key(edit.tool));
-        machine->stored.edit = &edit;
-        if (stored_records(machine).ops == NULL)
-            report_message(machine, "Not stored"); /* and nothing else keeps it */
+        stored_save_note(machine, keys, &edit);
+        return;
     }
     (void)stored_save(machine, keys);
-    machine->stored.edit = NULL;
 }
 
 /* As in Grbl, a line that is stored waits for rest: what moves still has the offsets of its line. */

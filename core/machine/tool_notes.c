@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-_Static_assert(NOTES_PER_KEY * STORED_NOTE_KEYS == TOOL_COUNT, "each tool has a note");
+_Static_assert(NOTES_PER_KEY *STORED_NOTE_KEYS == TOOL_COUNT, "each tool has a note");
 _Static_assert(sizeof(struct tool_notes) <= STORE_SIZE_MAX, "the notes of a key can be stored");
 _Static_assert(sizeof(struct tool_note) == sizeof(float) + TOOL_TEXT_SIZE, "no padding");
 
@@ -18,8 +18,8 @@ static bool is_sound(const struct tool_note *note) {
 
 enum store_result tool_notes_load(const struct store *store, unsigned key, struct tool_notes *notes) {
     size_t count;
-    enum store_result result = store_load_up_to(store, (uint8_t)(STORED_NOTES + key), STORE_VERSION, notes,
-                                                sizeof *notes, &count);
+    enum store_result result =
+        store_load_up_to(store, (uint8_t)(STORED_NOTES + key), STORE_VERSION, notes, sizeof *notes, &count);
     const size_t known = count / sizeof notes->of[0];
     if (result == STORE_FOUND && count % sizeof notes->of[0] != 0)
         result = STORE_DAMAGED;

@@ -220,6 +220,7 @@ def test_write_if_changed_leaves_an_equal_file_alone(tmp_path: Path) -> None:
 def test_no_signal_can_be_moved_to_a_pin_that_is_nowhere(board_id: str) -> None:
     """GPIO37 and GPIO38 of the ESP32 are in the chip, and on no module: what no header carries cannot be wired."""
     board = load_board(board_id)
-    carried = {pin for header in board.header for pin in header.pins} | set(board.onboard) | {use.pin for use in board.uses()}
+    carried = {pin for header in board.header for pin in header.pins}
+    carried |= set(board.onboard) | {use.pin for use in board.uses()}
     movable = {name for name in board.pins.pin for kind in ("output", "input") if is_movable_to(board, name, kind)}
     assert not board.header or movable <= carried

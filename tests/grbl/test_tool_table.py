@@ -48,7 +48,8 @@ def test_length_radius_and_text_are_kept(kept: Path) -> None:
 
 
 def test_what_a_line_does_not_name_stays(kept: Path) -> None:
-    lines = ("G10L1P2Z12.5R3(6 mm flat)", "G10L1P2Z11", "G10L1P2R2.9", "G10L1P17R1(drill)", "G10L1P18R2", "G10L1P2R3(new)")
+    lines = ("G10L1P2Z12.5R3(6 mm flat)", "G10L1P2Z11", "G10L1P2R2.9", "G10L1P17R1(drill)", "G10L1P18R2")
+    lines += ("G10L1P2R3(new)",)
     assert after_power_on(kept, *lines) == [
         "2|0.000,0.000,11.000|3.000|new",
         "17|0.000,0.000,0.000|1.000|drill",
@@ -166,4 +167,7 @@ def test_a_damaged_note_is_said_and_acknowledged(kept: Path) -> None:
     assert second.send("G10L1P2R1\n") == "error:9\r\n", "locked"
     assert second.send("$ACK\n").endswith("ok\r\n")
     second.close()
-    assert after_power_on(kept, "G10L1P33R3(new)") == ["1|0.000,0.000,2.000|1.000|flat", "33|0.000,0.000,0.000|3.000|new"]
+    assert after_power_on(kept, "G10L1P33R3(new)") == [
+        "1|0.000,0.000,2.000|1.000|flat",
+        "33|0.000,0.000,0.000|3.000|new",
+    ]

@@ -1,4 +1,4 @@
-"""The page in a hand: where things stand on a phone, in the longest words, and what fingers do; units that are said."""
+"""The page in a hand: where things stand on a phone, in the longest words, and what fingers do; and the units."""
 
 from __future__ import annotations
 
@@ -151,7 +151,9 @@ def test_the_table_of_motor_drivers_needs_no_scrolling(built_page: Path, watched
         expect(page.locator("[data-test=driver-X]")).to_be_visible()
         page.locator("[data-test=language]").select_option("de")
         expect(page.locator("[data-test=driver-X]")).to_contain_text("nicht geschrieben")
-        wide = page.locator("[data-test=drivers]").evaluate("table => table.parentElement.scrollWidth - table.parentElement.clientWidth")
+        wide = page.locator("[data-test=drivers]").evaluate(
+            "table => table.parentElement.scrollWidth - table.parentElement.clientWidth"
+        )
         assert wide <= 0
 
 

@@ -1,4 +1,4 @@
-"""The tool table in the page: read, stored, changed and cleared, in mm and in inches, also while a job waits for its tool."""
+"""The tool table in the page: read, stored, changed and cleared, in both units, and while a job waits for its tool."""
 
 from __future__ import annotations
 

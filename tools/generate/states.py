@@ -82,8 +82,8 @@ ANSWER = {"list": "its lines, ok"}
 TOOL_HEAD = """
 ## Tool
 
-A tool change with `$341` = 1, 2 or 3 ([tool-change.md](tool-change.md)): bytes, inputs, packets and the sender's loss do what they do in
-[parked](#parked), and `~` continues. Which lines are read there without `0xA3`:
+A tool change with `$341` = 1, 2 or 3 ([tool-change.md](tool-change.md)): bytes, inputs, packets and the sender's loss
+do what they do in [parked](#parked), and `~` continues. Which lines are read there without `0xA3`:
 
 | line | answer | after the operator's first line | |
 |---|---|---|---|

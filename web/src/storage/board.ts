@@ -121,7 +121,7 @@ export function ownPin(board: Board, row: StoredPin): number {
   return board.uses.find((use) => use.signal === row.signal)?.number ?? none;
 }
 
-/** Whose pin it is, so that both can change places: either can have the other's. null: nobody's, or they cannot. */
+/** Whose pin it is, so that both can change places: either can have the other's. null: it is free, or they cannot. */
 export function swapsWith(board: Board, row: StoredPin, pin: ChipPin): StoredPin | null {
   const rival = TABLES.storage.pin.find((other) => other.key !== row.key && pinOf(board, other) === pin.number);
   const own = board.pins.find((entry) => entry.number === pinOf(board, row));
