@@ -264,9 +264,11 @@ struct gcode_command {
     double store_mm[AXIS_COUNT]; /* the whole new row; not filled in for STORE_NOTHING */
     uint8_t store_tool;          /* STORE_TOOL: 0 = T1; the length is store_tool_mm */
     float store_tool_mm;
-    bool store_tool_length; /* G43, G43.1, G49: may come together with a store above */
-    bool tool_table_used;   /* ... by G43: the length came from the tool table */
-    double tool_length_mm;  /* filled in when store_tool_length */
+    float store_tool_diameter_mm; /* < 0: stays as it is */
+    bool store_tool_noted;        /* G10 L1: the comment of its line is the tool's text */
+    bool store_tool_length;       /* G43, G43.1, G49: may come together with a store above */
+    bool tool_table_used;         /* ... by G43: the length came from the tool table */
+    double tool_length_mm;        /* filled in when store_tool_length */
     struct gcode_move move;
     enum gcode_flow flow;
     uint32_t line_number; /* N word, 0 = none */

@@ -72,8 +72,25 @@ static double offset_to_read(const struct resolver *r, unsigned axis, double oth
     return r->state->position_mm[axis] - other_offset_mm - tool_length - resolve_axis_word(r, axis);
 }
 
-/* G10 L1: Z is the length of tool P. L10: Z is what the position shall read once that tool's length is in
- * force. L11: the same in G59.3 without G92, where a touch-off block may have its place. */
+/* R of G10 L1: the radius of the tool. It stays as it is without. */
+static enum status take_diameter(struct resolver *r) {
+    double radius;
+
+    r->out->store_tool_diameter_mm = -1.0f;
+    if (!resolve_take(r, 'R', &radius))
+        return STATUS_OK;
+    if (radius < 0.0)
+        return STATUS_NEGATIVE;
+    radius *= r->unit_mm;
+    if (!resolve_in_range(radius))
+        return STATUS_BAD_TARGET;
+    r->out->store_tool_diameter_mm = (float)(2.0 * radius);
+    return STATUS_OK;
+}
+
+/* G10 L1: Z is the length of tool P, which stays as it is where only R is given. L10: Z is what the position
+ * shall read once that tool's length is in force. L11: the same in G59.3 without G92, where a touch-off block
+ * may have its place. */
 static enum status store_tool(struct resolver *r, int l, double p) {
     const struct gcode_offsets *offsets = &r->state->offsets;
     const double position = r->state->position_mm[AXIS_Z];
@@ -82,11 +99,15 @@ static enum status store_tool(struct resolver *r, int l, double p) {
     int tool;
     enum status status = tool_number(p, 1, &tool);
 
+    if (status == STATUS_OK)
+        status = take_diameter(r);
     if (status != STATUS_OK)
         return status;
-    if (r->axis_words != 1u << AXIS_Z)
+    if (r->axis_words != 1u << AXIS_Z && r->axis_words != 0)
         return STATUS_TOOL_LENGTH_AXIS;
-    if (l == 10)
+    if (r->axis_words == 0)
+        length = (double)offsets->tool_mm[tool - 1];
+    else if (l == 10)
         length = position - r->wcs_mm[AXIS_Z] - offsets->g92_mm[AXIS_Z] - word;
     else if (l == 11)
         length = position - offsets->wcs_mm[WCS_COUNT - 1][AXIS_Z] - word;
@@ -94,6 +115,7 @@ static enum status store_tool(struct resolver *r, int l, double p) {
         return STATUS_BAD_TARGET;
     r->out->store = STORE_TOOL;
     r->out->store_tool = (uint8_t)(tool - 1);
+    r->out->store_tool_noted = l == 1;
     r->out->store_tool_mm = (float)length;
     return STATUS_OK;
 }
@@ -125,11 +147,11 @@ static enum status set_offsets(struct resolver *r) {
     is_tool = kind == 1 || kind == 10 || kind == 11;
     if (!is_tool && p >= WCS_COUNT + 1)
         return STATUS_WCS_NUMBER;
-    if (r->axis_words == 0)
+    if (r->axis_words == 0 && !(kind == 1 && (r->unused & WORD_BIT('R')) != 0))
         return STATUS_NO_AXIS_WORDS;
     if (!l_or_p)
         return STATUS_VALUE_MISSING;
-    if (kind < 0 || (kind != 20 && (r->unused & WORD_BIT('R'))))
+    if (kind < 0 || (kind != 20 && kind != 1 && (r->unused & WORD_BIT('R'))))
         return STATUS_UNSUPPORTED;
     if (is_tool)
         return has_p ? store_tool(r, kind, p) : STATUS_VALUE_MISSING;

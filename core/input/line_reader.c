@@ -160,3 +160,28 @@ void line_reader_pass(struct line_reader *reader, uint8_t end) {
     reader->flags = end == '\r' ? LINE_DONE | AFTER_CR : LINE_DONE;
     reader->commented = 0;
 }
+
+static char shown(char character) {
+    return character == '[' ? '(' : character == ']' ? ')' : character == '|' ? '/' : character;
+}
+
+bool line_reader_comment(const struct line_reader *reader, char *text, size_t size) {
+    const char *from = reader->comment;
+    const char *end = from + reader->commented;
+    const bool is_given = from != end;
+    enum { MARK = 4 };
+    size_t count = 0;
+    while (from != end && *from == ' ')
+        from++;
+    if (end - from >= MARK && (from[0] | 32) == 'm' && (from[1] | 32) == 's' && (from[2] | 32) == 'g' &&
+        from[3] == ',')
+        from += MARK;
+    while (from != end && *from == ' ')
+        from++;
+    while (from != end && end[-1] == ' ')
+        end--;
+    for (; from != end && count + 1 < size; from++)
+        text[count++] = shown(*from);
+    text[count] = '\0';
+    return is_given;
+}

@@ -131,7 +131,7 @@ static enum status acknowledge(struct machine *machine, const char *rest) {
 /* $RST=$, # or *. The defaults are in force immediately; a reset follows when they are stored. */
 static enum status restore(struct machine *machine, const char *what) {
     const unsigned settings = STORED_BIT(STORED_SETTINGS);
-    const unsigned offsets = STORED_ALL_OFFSETS | STORED_BIT(STORED_TOOLS);
+    const unsigned offsets = STORED_ALL_OFFSETS | STORED_BIT(STORED_TOOLS) | STORED_ALL_NOTES;
     const unsigned lines = STORED_BIT(STORED_STARTUP) | STORED_BIT(STORED_INFO);
     unsigned keys = 0;
     if (strcmp(what, "*") == 0)

@@ -4,6 +4,7 @@
 
 #include "machine/parts.h"
 #include "machine/report.h"
+#include "machine/tool_notes.h"
 
 #include "spindle/vfd_models.h"
 
@@ -49,16 +50,29 @@ static void list_more_rows(struct machine *machine) {
     }
 }
 
+/* As grblHAL lists a tool: number, offsets of the axes, radius; and a text, if it has one. */
+static void list_tool(struct machine *machine, unsigned tool, const struct tool_note *note) {
+    double mm[AXIS_COUNT] = {[AXIS_Z] = (double)machine->interp.gcode.offsets.tool_mm[tool]};
+    if (mm[AXIS_Z] == 0.0 && note->diameter_mm == 0.0f && note->text[0] == '\0')
+        return;
+    text_string(&machine->out, "[T:");
+    text_int(&machine->out, (int32_t)tool + 1);
+    text_string(&machine->out, "|");
+    report_axes(machine, mm);
+    text_string(&machine->out, "|");
+    report_length(machine, (double)note->diameter_mm / 2.0);
+    text_string(&machine->out, note->text[0] == '\0' ? "" : "|");
+    text_string(&machine->out, note->text);
+    text_string(&machine->out, "]\r\n");
+}
+
 static void list_tools(struct machine *machine) {
-    const struct gcode_offsets *offsets = &machine->interp.gcode.offsets;
-    for (int32_t tool = 1; tool <= TOOL_COUNT; tool++) {
-        if (offsets->tool_mm[tool - 1] == 0.0f)
-            continue;
-        text_string(&machine->out, "[T");
-        text_int(&machine->out, tool);
-        text_string(&machine->out, ":");
-        report_length(machine, (double)offsets->tool_mm[tool - 1]);
-        text_string(&machine->out, "]\r\n");
+    const struct store store = stored_records(machine);
+    for (unsigned key = 0; key < STORED_NOTE_KEYS; key++) {
+        struct tool_notes notes;
+        (void)tool_notes_load(&store, key, &notes);
+        for (unsigned i = 0; i < NOTES_PER_KEY; i++)
+            list_tool(machine, key * NOTES_PER_KEY + i, &notes.of[i]);
     }
 }
 

@@ -52,28 +52,12 @@ void report_gaps(struct machine *machine) {
     }
 }
 
-/* Of the present line, without the MSG, that some programs write for senders. */
 static void report_comment(const struct machine *machine) {
-    const struct line_reader *reader = &machine->lines.reader;
-    const char *text = reader->comment;
-    size_t count = reader->commented;
-    char piece[] = " ";
-    enum { MARK = 4 };
-    for (; count > 0 && *text == ' '; count--)
-        text++;
-    if (count >= MARK && (text[0] | 32) == 'm' && (text[1] | 32) == 's' && (text[2] | 32) == 'g' &&
-        text[3] == ',') {
-        text += MARK;
-        count -= MARK;
-    }
-    for (; count > 0 && *text == ' '; count--)
-        text++;
-    if (count > 0)
-        text_string(&machine->out, piece);
-    for (; count > 0; count--, text++) {
-        piece[0] = *text == '[' ? '(' : *text == ']' ? ')' : *text;
-        text_string(&machine->out, piece);
-    }
+    char text[LINE_COMMENT_SIZE + 1];
+    if (!line_reader_comment(&machine->lines.reader, text, sizeof text) || text[0] == '\0')
+        return;
+    text_string(&machine->out, " ");
+    text_string(&machine->out, text);
 }
 
 void report_tool_change(struct machine *machine) {

@@ -5,15 +5,25 @@
 
 #include "machine/list.h"
 #include "machine/parts.h"
+#include "machine/tool_notes.h"
 
 #include "settings/store.h"
 
 #include <string.h>
 
 /* What the user calls the values, by key. */
-static const char *const names[] = {[STORED_SETTINGS] = "settings",       [STORED_OFFSETS] = "work offsets",
-                                    [STORED_STARTUP] = "startup lines",   [STORED_INFO] = "$I text",
-                                    [STORED_WCS_MORE] = "G59.1 to G59.3", [STORED_TOOLS] = "tool table"};
+static const char *const names[] = {[STORED_SETTINGS] = "settings",
+                                    [STORED_OFFSETS] = "work offsets",
+                                    [STORED_STARTUP] = "startup lines",
+                                    [STORED_INFO] = "$I text",
+                                    [STORED_WCS_MORE] = "G59.1 to G59.3",
+                                    [STORED_TOOLS] = "tool table",
+                                    [STORED_NOTES] = "notes of T1 to T16",
+                                    [STORED_NOTES + 1] = "notes of T17 to T32",
+                                    [STORED_NOTES + 2] = "notes of T33 to T48",
+                                    [STORED_NOTES + 3] = "notes of T49 to T64",
+                                    [STORED_NOTES + 4] = "notes of T65 to T80",
+                                    [STORED_NOTES + 5] = "notes of T81 to T96"};
 
 static enum store_result load(const struct machine *machine, enum stored_key key, void *bytes, size_t size) {
     struct store store = stored_records(machine);
@@ -71,6 +81,13 @@ static bool load_tools(struct machine *machine) {
     return true;
 }
 
+/* They are not kept in memory. */
+static bool are_notes_sound(const struct machine *machine, unsigned key) {
+    struct store store = stored_records(machine);
+    struct tool_notes notes;
+    return tool_notes_load(&store, key, &notes) != STORE_DAMAGED;
+}
+
 static bool load_lines(const struct machine *machine, enum stored_key key, char (*lines)[GRBL_LINE_SIZE],
                        unsigned count) {
     enum store_result result = load(machine, key, lines, count * GRBL_LINE_SIZE);
@@ -97,6 +114,8 @@ void stored_load(struct machine *machine) {
     good[STORED_STARTUP] =
         load_lines(machine, STORED_STARTUP, machine->lines.startup_text, STARTUP_LINE_COUNT);
     good[STORED_INFO] = load_lines(machine, STORED_INFO, &machine->lines.info, 1);
+    for (unsigned key = 0; key < STORED_NOTE_KEYS; key++)
+        good[STORED_NOTES + key] = are_notes_sound(machine, key);
     for (unsigned key = 0; key < STORED_KEYS; key++)
         if (!good[key])
             machine->stored.damaged |= (uint16_t)(1u << key);

@@ -14,12 +14,17 @@ enum stored_key {
     STORED_INFO = 4,
     STORED_WCS_MORE = 5,
     STORED_TOOLS = 6,
-    STORED_KEYS
+    STORED_NOTES = 7, /* diameter and text of the tools: tool_notes.h */
+    STORED_KEYS = 13
 };
+enum { STORED_NOTE_KEYS = STORED_KEYS - STORED_NOTES };
 
 /** A set of them. */
 #define STORED_BIT(key) (1u << (key))
-enum { STORED_ALL_OFFSETS = STORED_BIT(STORED_OFFSETS) | STORED_BIT(STORED_WCS_MORE) };
+enum {
+    STORED_ALL_OFFSETS = STORED_BIT(STORED_OFFSETS) | STORED_BIT(STORED_WCS_MORE),
+    STORED_ALL_NOTES = STORED_BIT(STORED_KEYS) - STORED_BIT(STORED_NOTES)
+};
 
 enum stored_step {
     STORED_RESTS,
@@ -39,7 +44,9 @@ struct machine_stored {
     enum stored_step step;
     enum stored_follow follow;
     uint16_t keys; /* STORED_BIT()s of what is being written */
-    bool answers;  /* the line that asked for it is not answered before it is done */
+    const struct tool_note_edit
+        *edit;    /* of the tool whose note is stored; NULL: notes of `keys` are cleared */
+    bool answers; /* the line that asked for it is not answered before it is done */
     struct store_batch batch;
 };
 

@@ -14,6 +14,7 @@
 #include "machine/pump.h"
 #include "machine/report.h"
 #include "machine/stored.h"
+#include "machine/tool_notes.h"
 
 #include <string.h>
 
@@ -40,9 +41,13 @@ _Static_assert((int)OFFSETS_SIZE <= (int)STORE_OTHERS_SIZE && (int)WCS_MORE_SIZE
                    (int)TOOLS_SIZE <= (int)STORE_OTHERS_SIZE && (int)STARTUP_SIZE <= (int)STORE_OTHERS_SIZE &&
                    (int)INFO_SIZE <= (int)STORE_OTHERS_SIZE,
                "each value can be stored: STORE_OTHERS_SIZE");
+/* Notes are stored with the settings and the lines when all of them are cleared, and are heads then. */
 _Static_assert((int)OTHERS_COUNT + 1 == (int)STORE_BATCH_VALUES, "the settings and the others");
 _Static_assert((int)OTHERS_SUM + OTHERS_COUNT * (int)STORE_HEAD_SIZE <= (int)STORE_OTHERS_ROOM,
                "a batch has room for each value once: STORE_OTHERS_ROOM");
+_Static_assert((int)TOOLS_SIZE + (int)sizeof(struct tool_notes) + 2 * (int)STORE_HEAD_SIZE <=
+                   (int)STORE_BATCH_SIZE,
+               "a batch has room for a tool's length and note");
 
 static void add(struct machine *machine, enum stored_key key, const void *bytes, size_t size) {
     struct store store = stored_records(machine);
@@ -68,6 +73,9 @@ static void fill_batch(struct machine *machine) {
         store_add_settings(batch, &store, &machine->settings);
     add_offsets(machine);
     add(machine, STORED_TOOLS, machine->interp.gcode.offsets.tool_mm, TOOLS_SIZE);
+    for (unsigned key = 0; key < STORED_NOTE_KEYS; key++)
+        if (is_meant(machine, (enum stored_key)(STORED_NOTES + key)))
+            tool_notes_add(batch, &store, key, machine->stored.edit);
     add(machine, STORED_STARTUP, machine->lines.startup_text, STARTUP_SIZE);
     add(machine, STORED_INFO, machine->lines.info, INFO_SIZE);
 }
@@ -151,6 +159,14 @@ bool stored_save(struct machine *machine, unsigned keys) {
     }
     machine->stored.keys = (uint16_t)keys;
     return begin_write(machine);
+}
+
+void stored_save_note(struct machine *machine, unsigned keys, const struct tool_note_edit *edit) {
+    if (stored_records(machine).ops == NULL)
+        report_message(machine, "Not stored"); /* and nothing else keeps it */
+    machine->stored.edit = edit;
+    (void)stored_save(machine, keys);
+    machine->stored.edit = NULL;
 }
 
 void stored_startup(struct machine *machine) {

@@ -22,6 +22,11 @@ bool stored_poll(struct machine *machine);
  * @return false: not stored, and the text side got a message */
 bool stored_save(struct machine *machine, unsigned keys);
 
+struct tool_note_edit;
+
+/** The same, and the note of a tool among them (tool_notes.h). */
+void stored_save_note(struct machine *machine, unsigned keys, const struct tool_note_edit *edit);
+
 /** The line of $Nx= that was just executed. */
 void stored_startup(struct machine *machine);
 

@@ -211,7 +211,17 @@ void task_shift(struct machine_task *task, const double shift_mm[AXIS_COUNT]) {
     }
 }
 
+/* Before another line can come. The text of a stored line is not the reader's. */
+static void take_note(struct machine *machine) {
+    struct machine_task *task = &machine->task;
+    const bool is_read = machine->lines.source == LINE_STREAM && task->command.store_tool_noted;
+    task->note.is_given =
+        is_read && line_reader_comment(&machine->lines.reader, task->note.text, sizeof task->note.text);
+}
+
 void task_begin(struct machine *machine) {
+    if (machine->task.command.store == STORE_TOOL)
+        take_note(machine);
     machine->task.stage = machine->task.command.tool_change ? TASK_TOOL : stage_of_outputs(machine);
 }
 
@@ -273,6 +283,19 @@ static unsigned keys_of(const struct gcode_command *command) {
     }
 }
 
+static void save(struct machine *machine, unsigned keys) {
+    const struct machine_task *task = &machine->task;
+    const struct tool_note_edit edit = {.tool = task->command.store_tool,
+                                        .diameter_mm = task->command.store_tool_diameter_mm,
+                                        .text = task->note.is_given ? task->note.text : NULL};
+    if (task->command.store == STORE_TOOL && (edit.diameter_mm >= 0.0f || edit.text != NULL)) {
+        keys |= STORED_BIT(STORED_NOTES + tool_notes_key(edit.tool));
+        stored_save_note(machine, keys, &edit);
+        return;
+    }
+    (void)stored_save(machine, keys);
+}
+
 /* As in Grbl, a line that is stored waits for rest: what moves still has the offsets of its line. */
 static enum task_stage store(struct machine *machine) {
     const struct gcode_command *command = &machine->task.command;
@@ -285,7 +308,7 @@ static enum task_stage store(struct machine *machine) {
     if (stores || command->next.wcs != machine->interp.gcode.modal.wcs)
         report_changed_offset(machine);
     if (keys != 0 && machine->life.state != MACHINE_CHECK)
-        (void)stored_save(machine, keys);
+        save(machine, keys);
     return stage_of_move(machine);
 }
 

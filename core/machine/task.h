@@ -8,6 +8,7 @@
 #include "gcode/gcode.h"
 #include "gcode/spline.h"
 #include "machine/machine.h"
+#include "machine/tool_notes.h"
 
 /** Where the current line is; each stage ends before the next begins. */
 enum task_stage {
@@ -59,7 +60,11 @@ struct machine_task {
     float arc_feed_mm_s;
     bool action_pending;
     struct cycle_action action; /* of the cycle, waits while action_pending */
-    union {                     /* of the curve or the cycle that the line is */
+    union {                     /* of the curve, the cycle or the G10 that the line is */
+        struct {
+            bool is_given;
+            char text[TOOL_TEXT_SIZE];
+        } note; /* the comment of G10 L1 */
         struct arc arc;
         struct spline spline;
         struct cycle cycle;

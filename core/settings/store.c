@@ -94,17 +94,23 @@ enum hal_store_state store_state(const struct store *store) {
     return store->ops == NULL || store->ops->state == NULL ? HAL_STORE_DONE : store->ops->state(store->ctx);
 }
 
+enum store_result store_load_up_to(const struct store *store, uint8_t key, uint8_t version, void *bytes,
+                                   size_t size, size_t *count) {
+    struct value value;
+    enum store_result result = load(store, key, version, &value, count);
+    if (result == STORE_FOUND && *count > size)
+        result = STORE_DAMAGED;
+    if (result != STORE_FOUND)
+        *count = 0;
+    memcpy(bytes, value.payload, *count);
+    return result;
+}
+
 enum store_result store_load(const struct store *store, uint8_t key, uint8_t version, void *bytes,
                              size_t size) {
-    struct value value;
     size_t count;
-    enum store_result result = load(store, key, version, &value, &count);
-    if (result != STORE_FOUND)
-        return result;
-    if (count != size)
-        return STORE_DAMAGED;
-    memcpy(bytes, value.payload, size);
-    return STORE_FOUND;
+    enum store_result result = store_load_up_to(store, key, version, bytes, size, &count);
+    return result == STORE_FOUND && count != size ? STORE_DAMAGED : result;
 }
 
 bool store_save(const struct store *store, uint8_t key, uint8_t version, const void *bytes, size_t size) {

@@ -57,10 +57,14 @@ struct store_lost {
 enum store_result store_load(const struct store *store, uint8_t key, uint8_t version, void *bytes,
                              size_t size);
 
+/** A value that may be shorter. @param[out] count  bytes of it; 0 unless STORE_FOUND */
+enum store_result store_load_up_to(const struct store *store, uint8_t key, uint8_t version, void *bytes,
+                                   size_t size, size_t *count);
+
 /** Values that are stored together: after a power cut all of them are there, or none. */
 enum {
-    STORE_BATCH_VALUES = 6,
-    STORE_OTHERS_ROOM = 1192, /* images of the machine's other values */
+    STORE_BATCH_VALUES = 12,
+    STORE_OTHERS_ROOM = 1240, /* images of the machine's other values */
     STORE_BATCH_SIZE = STORE_HEAD_SIZE + STORE_SETTINGS_SIZE + STORE_OTHERS_ROOM
 };
 struct store_batch {

@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 #include "host_store.h"
 
+#include "machine/tool_notes.h"
 #include "port_file.h"
 #include "settings/store.h"
 
 #include <stdio.h>
 #include <string.h>
 
-enum { FILE_MAX = 4096, HEAD = 4, PATH_MAX_LENGTH = 4096 }; /* head: key, ~key, count (2 bytes) */
+enum { FILE_MAX = 8192, HEAD = 4, PATH_MAX_LENGTH = 4096 }; /* head: key, ~key, count (2 bytes) */
 
 /* The last value lists the keys of the others, bit = key, and its complement. */
 enum { KEYS_KEY = 0xFF, KEYS_SIZE = 4, ALL_KEYS = 0xFFFF };
@@ -15,6 +16,10 @@ enum { KEYS_KEY = 0xFF, KEYS_SIZE = 4, ALL_KEYS = 0xFFFF };
 _Static_assert((int)STORE_BATCH_SIZE + ((int)STORE_BATCH_VALUES + 1) * (int)HEAD + (int)KEYS_SIZE <=
                    (int)FILE_MAX,
                "the file has room for all values");
+_Static_assert((int)STORE_BATCH_SIZE + (int)STORED_NOTE_KEYS * (int)sizeof(struct tool_notes) +
+                       (int)HOST_STORE_KEYS * (int)HEAD + (int)KEYS_SIZE + (int)STORE_OTHERS_SIZE <=
+                   (int)FILE_MAX,
+               "and for a tool table that is full, and the trusted addresses");
 
 /* Where core/settings/store.c has the layout's version in a value. */
 enum { VERSION_AT = 4 };

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 import pytest
-from wificnc.board.header import pin_header_text, signal_groups, write_if_changed
+from wificnc.board.header import is_movable_to, pin_header_text, signal_groups, write_if_changed
 from wificnc.board.load import find_boards, load_board
 from wificnc.board.model import AXIS_LETTERS
 
@@ -214,3 +214,13 @@ def test_write_if_changed_leaves_an_equal_file_alone(tmp_path: Path) -> None:
     assert path.stat().st_mtime == 1
     assert write_if_changed(path, "two\n")
     assert path.read_bytes() == b"two\n"
+
+
+@pytest.mark.parametrize("board_id", IDS)
+def test_no_signal_can_be_moved_to_a_pin_that_is_nowhere(board_id: str) -> None:
+    """GPIO37 and GPIO38 of the ESP32 are in the chip, and on no module: what no header carries cannot be wired."""
+    board = load_board(board_id)
+    carried = {pin for header in board.header for pin in header.pins}
+    carried |= set(board.onboard) | {use.pin for use in board.uses()}
+    movable = {name for name in board.pins.pin for kind in ("output", "input") if is_movable_to(board, name, kind)}
+    assert not board.header or movable <= carried

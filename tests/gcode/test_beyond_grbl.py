@@ -264,7 +264,9 @@ def test_other_codes_of_the_line_come_after(cnc: Controller) -> None:
         ("G10L1P1", 26),
         ("G10L1P1X1", 37),
         ("G10L1P1X1Z1", 37),
-        ("G10L1P1Z1R1", 20),  # cutter radius
+        ("G10L1P1Z1R-1", 4),
+        ("G10L10P1Z1R1", 20),  # a radius is not touched off
+        ("G10L1P1R200000", 33),
         ("G10L10P1Z200000", 33),
         ("G10L2P10X1", 29),
         ("G10L3P1Z1", 20),

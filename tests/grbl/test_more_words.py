@@ -149,7 +149,8 @@ def test_tool_table_and_more_systems_are_kept(tmp_path: Path) -> None:
     second.after(10)
     assert mm(second) == [1, 2, 15.5]
     second.close()
-    for row in ("[G54:9.000,", "[G59.1:1.000,2.000,3.000]", "[T1:12.500]", "[T96:-3.000]"):
+    tools = ("[T:1|0.000,0.000,12.500|0.000]", "[T:96|0.000,0.000,-3.000|0.000]")
+    for row in ("[G54:9.000,", "[G59.1:1.000,2.000,3.000]", *tools):
         assert row in listed
 
 
@@ -162,7 +163,7 @@ def test_restore_clears_them(grbl: Grbl) -> None:
     grbl.fine("G10L1P1Z12.5", "G10L2P9X1")
     grbl.after(1, "$RST=#\n")
     listed = grbl.send("$#\n")
-    assert "G59.3" not in listed and "[T1" not in listed
+    assert "G59.3" not in listed and "[T:" not in listed
 
 
 def test_g59_3_in_the_modes(grbl: Grbl) -> None:

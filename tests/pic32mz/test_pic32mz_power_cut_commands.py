@@ -15,9 +15,10 @@ from wificnc.chip.virtual import Torn
 __all__ = ["full_page"]
 
 # Something of each kind, so that each command has something to change and nothing else may.
-BEFORE = ("$100=640", "$110=1234.5", "G10L2P3X1.5Y-2", "G10L2P9Z4", "G10L1P5Z-3", "$N0=G21", "$N1=G90", "$I=SHOP")
-COMMANDS = ("$100=77", "$22=1", "G10L2P1X5", "G10L2P8Y6", "G10L20P2X1Z2", "G10L1P7Z1", "G28.1", "G30.1", "$N0=G20")
-COMMANDS += ("$N1=", "$I=MILL", "$RST=$", "$RST=#", "$RST=*")
+BEFORE = ("$100=640", "$110=1234.5", "G10L2P3X1.5Y-2", "G10L2P9Z4", "G10L1P5Z-3R2(flat)", "$N0=G21", "$N1=G90")
+BEFORE += ("$I=SHOP",)
+COMMANDS = ("$100=77", "$22=1", "G10L2P1X5", "G10L2P8Y6", "G10L20P2X1Z2", "G10L1P7Z1R3(ball)", "G28.1", "G30.1")
+COMMANDS += ("$N0=G20", "$N1=", "$I=MILL", "$RST=$", "$RST=#", "$RST=*")
 QUICK = ("$100=77",)  # tests/settings cuts the power in each of them, on the PC
 QUESTIONS = ("$$", "$#", "$N", "$I", "G43H5", "$#", "G43H7", "$#")
 MOST = 600  # operations of a command

@@ -14,9 +14,10 @@ from patience import HANG_S
 from slow import slow_but
 from wificnc.build.checkout import checkout_root
 
-BEFORE = ("$100=640", "$110=1234.5", "G10L2P3X1.5Y-2", "G10L2P9Z4", "G10L1P5Z-3", "$N0=G21", "$N1=G90", "$I=SHOP")
-COMMANDS = ("$100=77", "G10L2P1X5", "G10L2P8Y6", "G10L20P2X1Z2", "G10L1P7Z1", "G28.1", "G30.1", "$N0=G20")
-COMMANDS += ("$N1=", "$I=MILL", "$RST=$", "$RST=#", "$RST=*")
+BEFORE = ("$100=640", "$110=1234.5", "G10L2P3X1.5Y-2", "G10L2P9Z4", "G10L1P5Z-3R2(flat)", "$N0=G21", "$N1=G90")
+BEFORE += ("$I=SHOP",)
+COMMANDS = ("$100=77", "G10L2P1X5", "G10L2P8Y6", "G10L20P2X1Z2", "G10L1P7Z1R3(ball)", "G28.1", "G30.1")
+COMMANDS += ("$N0=G20", "$N1=", "$I=MILL", "$RST=$", "$RST=#", "$RST=*")
 KEPT = ("$100=77", "G10L2P1X5", "$N0=G20", "$RST=*")  # one of each part of the store, and all of them
 QUESTIONS = "$$\n$#\n$N\n$I\nG43H5\n$#\nG43H7\n$#\n"
 CALLS = 7  # open, write, flush, sync, close, rename, and after it

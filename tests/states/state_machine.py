@@ -99,6 +99,7 @@ class Pair:
         """A controller that has said its banner."""
         grbl = RemoteHosts()
         grbl.send("")
+        grbl.fine("$747=1")  # M1's switch: no cell of it does anything
         return grbl
 
     @property

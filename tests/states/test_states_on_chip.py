@@ -14,7 +14,7 @@ from wificnc.chip.image import Block
 TABLE = load_states()
 NOT_THERE = {"hold_button", "start_button", "reset_button", "door_opens", "door_closes", "sender_lost"}
 NO_MIST = {"mist_byte"}
-NOT_THERE |= {entry.name for entry in TABLE.packets} | {"host_lost", "dial", "pendant_line"}  # no network
+NOT_THERE |= {entry.name for entry in TABLE.packets} | {"host_lost", "dial", "pendant_line", "m1_switch"}  # no network
 LONG = {"lost", "door_open", "door_closed"}  # a door's restoring takes 5 s
 ALWAYS = [
     ("run", "home_line"),

@@ -106,6 +106,25 @@ def test_a_board_is_installed(bench: Callable[..., object], tmp_path: Path, boar
         assert table.flash(firmware.regions) == [region.data for region in firmware.regions]
 
 
+def test_a_visitor_reads_nothing_of_the_computer_that_built(
+    built_page: Path, watched: Callable[..., Watched], tmp_path: Path
+) -> None:
+    """Why a release has no firmware for a board is a message for who made it."""
+    folder, board = tmp_path / "host", load_board("esp32s3-zero")
+    shutil.copytree(built_page, folder)
+    (folder / "firmware").mkdir(exist_ok=True)
+    why = "it was built from 0123abc, and this is 4567def: `wificnc build esp32s3-zero`"
+    (folder / "firmware" / "index.json").write_bytes(index("1.0", "", [index_row(board, {}, why, None)]))
+    with PageServer(Address("127.0.0.1", 0), None, About("", "", "", 0), folder) as host, watched() as context:
+        page = context.page(host.url)
+        page.click("#tab-install")
+        page.click("[data-test=board-esp32s3-zero]")
+        expect(page.get_by_text("No firmware for this board")).to_be_visible()
+        expect(page.get_by_text("Build it on your computer")).to_be_visible()
+        expect(page.get_by_text("0123abc")).to_have_count(0)
+        expect(page.locator("[data-test=install]")).to_be_disabled()
+
+
 @pytest.mark.slow
 def test_one_merged_image(bench: Callable[..., object], tmp_path: Path) -> None:
     """Of one piece from address 0, for a chip whose loader begins there."""

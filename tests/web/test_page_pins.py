@@ -58,3 +58,17 @@ def test_a_refusal_is_shown_and_the_choice_stays(contact: Contact, page: Page) -
     expect(page.get_by_role("alert").filter(has_text="a job is running or held")).to_be_visible()
     assert "pin=0 restarts=0" in contact.tell("state")
     expect(page.locator("[data-test=pin-p_prb]")).to_have_value("255")
+
+
+def test_two_signals_change_places(contact: Contact, page: Page) -> None:
+    """In one choice; back in another one. Neither is unwired in between."""
+    first, second = page.locator("[data-test=pin-p_sx]"), page.locator("[data-test=pin-p_sy]")
+    own, other = first.input_value(), second.input_value()
+    first.select_option(other)
+    expect(first).to_have_value(other)
+    expect(second).to_have_value(own)
+    expect(page.get_by_text("The firmware would refuse this")).to_have_count(0)
+    expect(page.locator("[data-test=pins-write]")).to_be_visible()
+    second.select_option(other)
+    expect(first).to_have_value(own)
+    expect(page.locator("[data-test=pins-write]")).to_have_count(0)

@@ -109,6 +109,7 @@ DIALOGS = (
     ("lift", "control", "[data-test=go-to-zero]"),
     ("macro", "control", "text=New macro"),
     ("warm-up", "control", "text=Warm up spindle"),
+    ("tools", "control", "[data-test=tools-open]"),
     ("outline", "job", "[data-test=frame]"),
     ("restore", "settings", "text=Restore defaults"),
 )

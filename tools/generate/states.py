@@ -78,6 +78,18 @@ CONDITIONS = {
 }
 
 
+ANSWER = {"list": "its lines, ok"}
+TOOL_HEAD = """
+## Tool
+
+A tool change with `$341` = 1, 2 or 3 ([tool-change.md](tool-change.md)): bytes, inputs, packets and the sender's loss
+do what they do in [parked](#parked), and `~` continues. Which lines are read there without `0xA3`:
+
+| line | answer | after the operator's first line | |
+|---|---|---|---|
+"""
+
+
 def document(table: Table) -> str:
     """docs/states.md."""
     parts = [HEAD]
@@ -85,7 +97,15 @@ def document(table: Table) -> str:
     for state in table.state:
         parts += [f"\n## {state.name}\n\n{state.help}\n\n", "| input | answer | next | motion | outputs | |\n"]
         parts += ["|---|---|---|---|---|---|\n", *_rows(table, state)]
-    return "".join(parts)
+    return "".join([*parts, *_tool_rows(table)])
+
+
+def _tool_rows(table: Table) -> Iterator[str]:
+    yield TOOL_HEAD
+    for row in table.tool:
+        names = dict.fromkeys(table.inputs[name].help for name in row.inputs)
+        answers = [ANSWER.get(answer, answer) for answer in (row.answer, row.after)]
+        yield f"| {row.help or ', '.join(names)} | {' | '.join(answers)} | {row.why} |\n".replace("||", "\\|\\|")
 
 
 def _rows(table: Table, state: State) -> Iterator[str]:

@@ -109,6 +109,21 @@ class Rule(_Part):
         return self.says if not self.answer or self.answer in self.says else (self.answer, *self.says)
 
 
+class ToolRow(_Part):
+    """Lines in the state Tool: inputs of the table, or a line of its own with its help."""
+
+    input: str | tuple[str, ...] = ()
+    line: str = ""
+    help: str = ""
+    answer: str
+    after: str  # the operator's first line
+    why: str
+
+    @property
+    def inputs(self) -> tuple[str, ...]:
+        return (self.input,) if isinstance(self.input, str) else self.input
+
+
 class Table(_Part):
     """All of it. Rules that come later are exceptions to those before them."""
 
@@ -116,6 +131,7 @@ class Table(_Part):
     state: tuple[State, ...]
     input: tuple[Input, ...]
     rule: tuple[Rule, ...]
+    tool: tuple[ToolRow, ...]
 
     @cached_property
     def states(self) -> dict[str, State]:

@@ -22,7 +22,7 @@ export const workSystem = computed(() => workSystemOf(controller.modes.value));
 export const showsInches = computed(() => Number(controller.settings.value.get(REPORTS_IN_INCHES) ?? 0) > 0);
 
 /** In mm, whatever the units of the program are. The modes of a parked job come back by themselves. */
-async function sayInMm(line: string): Promise<void> {
+export async function sayInMm(line: string): Promise<void> {
   if (controller.operates.value) {
     await controller.send(`G21${line}`);
     return;

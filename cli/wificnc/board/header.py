@@ -13,7 +13,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
 from wificnc.board.chip import is_shifted
 from wificnc.board.model import AXES_MAX, AXIS_LETTERS, MISC_IN_MAX, MISC_OUT_MAX, Board, Role, Use
 from wificnc.board.pin_keys import PinKey, pin_keys
-from wificnc.board.rules import NS_PER_S, step_spread_ns
+from wificnc.board.rules import NS_PER_S, is_reachable, step_spread_ns
 from wificnc.board.shift_registers import pulse_engine, step_grid_ns
 
 NAME_COLUMN = 26
@@ -192,7 +192,8 @@ def _is_free(board: Board, name: str) -> bool:
         return False  # soldered to what it drives
     if use is not None:
         return use.role not in BUSES
-    return not (pin.taken_in(board.memory.mode) or pin.strap or pin.usb or pin.console)
+    is_needed = pin.taken_in(board.memory.mode) or pin.strap or pin.usb or pin.console
+    return not is_needed and is_reachable(board, name)
 
 
 def _pin_key_row(row: PinKey) -> str:

@@ -105,7 +105,7 @@ def _taken(board: BoardFile, chip: Chip, use: Use) -> Iterator[Finding]:
 
 
 def _brought_out(board: BoardFile, chip: Chip, use: Use) -> Iterator[Finding]:
-    if not _is_reachable(board, use.pin):
+    if not is_reachable(board, use.pin):
         reason = f"{use.pin} is not on a header of this board and cannot be wired"
         yield Finding("not-brought-out", use.path, reason)
 
@@ -544,6 +544,6 @@ def _free_pins_hint(board: BoardFile, chip: Chip, use: Use) -> str:
     return f"free and legal for {use.signal}: {', '.join(pins[:HINT_PINS_MAX])}{more}"
 
 
-def _is_reachable(board: BoardFile, pin: str) -> bool:
+def is_reachable(board: BoardFile, pin: str) -> bool:
     """A board without headers brings every pin out."""
     return not board.header or pin in board.onboard or any(pin in header.pins for header in board.header)

@@ -18,6 +18,31 @@ export interface Box {
   max: [number, number, number];
 }
 
+/** Pixels from the middle of the picture. */
+export interface Point {
+  x: number;
+  y: number;
+}
+
+const ZOOM_MIN = 0.3;
+const ZOOM_MAX = 60;
+
+/** Larger by this factor; what is seen at this place stays there. */
+export function zoomed(view: View, factor: number, at: Point): View {
+  const zoom = Math.min(ZOOM_MAX, Math.max(ZOOM_MIN, view.zoom * factor));
+  const by = zoom / view.zoom;
+  return { ...view, zoom, shiftX: at.x - (at.x - view.shiftX) * by, shiftY: at.y - (at.y - view.shiftY) * by };
+}
+
+/** One of two fingers has moved: what is under their middle goes along with it, as much larger as they are further apart. */
+export function pinched(view: View, still: Point, before: Point, after: Point): View {
+  const apart = (finger: Point): number => Math.max(1, Math.hypot(finger.x - still.x, finger.y - still.y));
+  const middle = (finger: Point): Point => ({ x: (finger.x + still.x) / 2, y: (finger.y + still.y) / 2 });
+  const [from, to] = [middle(before), middle(after)];
+  const larger = zoomed(view, apart(after) / apart(before), from);
+  return { ...larger, shiftX: larger.shiftX + to.x - from.x, shiftY: larger.shiftY + to.y - from.y };
+}
+
 export const TOP: View = { turn: 0, tilt: Math.PI / 2, zoom: 1, shiftX: 0, shiftY: 0 };
 export const SLANTED: View = { ...TABLES.look.isometric, zoom: 1, shiftX: 0, shiftY: 0 };
 

@@ -121,6 +121,30 @@ export function ownPin(board: Board, row: StoredPin): number {
   return board.uses.find((use) => use.signal === row.signal)?.number ?? none;
 }
 
+/** Whose pin it is, so that both can change places: either can have the other's. null: it is free, or they cannot. */
+export function swapsWith(board: Board, row: StoredPin, pin: ChipPin): StoredPin | null {
+  const rival = TABLES.storage.pin.find((other) => other.key !== row.key && pinOf(board, other) === pin.number);
+  const own = board.pins.find((entry) => entry.number === pinOf(board, row));
+  return rival && own && takes(board, row, pin) && takes(board, rival, own) ? rival : null;
+}
+
+/** Its own pin, or one that can do what it needs. */
+function takes(board: Board, row: StoredPin, pin: ChipPin): boolean {
+  return pin.number === ownPin(board, row) || (row.output ? pin.output : pin.input) === null;
+}
+
+/** The signal gets this pin, and whoever has it the pin that the signal has now. */
+export function choosePin(board: Board, row: StoredPin, number: number): void {
+  const pin = board.pins.find((entry) => entry.number === number);
+  const rival = pin ? swapsWith(board, row, pin) : null;
+  if (rival) keepPin(board, rival, pinOf(board, row) ?? none);
+  keepPin(board, row, number);
+}
+
+function keepPin(board: Board, row: StoredPin, number: number): void {
+  setValue(row.key, number === ownPin(board, row) ? null : number);
+}
+
 /** Why the firmware will not take this pin for this signal; "" when it will. The rules are the board's (tables.ts). */
 export function refusal(board: Board, row: StoredPin, pin: ChipPin): string {
   if (pin.number === ownPin(board, row)) return "";

@@ -24,7 +24,7 @@ const feed = signal<number>(FEED_USUAL);
 
 export function ControlTab(): JSX.Element {
   return (
-    <div class="columns">
+    <div class="columns control">
       <div class={`${isLarge.value ? "w12" : "w7"} stack`}>
         <PositionCard />
         <ProbeCard />

@@ -10,7 +10,7 @@ import { ModuleCard } from "./module";
 import { Button, Card, Check, Field, Notice } from "./parts";
 import { BoardChoice } from "./pins";
 import { StorageBar } from "./storage";
-import { t, tr } from "../words";
+import { msg, t, tr } from "../words";
 
 const rpm = signal(1000);
 /** Outputs that were switched here; a program may have switched them since. */
@@ -96,6 +96,12 @@ async function toggle(output: number): Promise<void> {
   switched.value = next;
 }
 
+const ROLES = [
+  ["in_door", msg`Safety door`],
+  ["in_hold", msg`Hold button`],
+  ["in_start", msg`Start button`],
+] as const;
+
 function RoleCard(): JSX.Element {
   if (board.value.target !== "esp32")
     return (
@@ -107,17 +113,17 @@ function RoleCard(): JSX.Element {
   return (
     <Card title={t`Inputs and mode`} tools={<BoardChoice />}>
       <StorageBar problem={moduleFaults(board.value).join("; ")} />
-      {["in_door", "in_hold", "in_start"].map((key) => (
-        <InputRole key={key} row={storedNumber(key)} inputs={inputs.length} />
+      {ROLES.map(([key, name]) => (
+        <InputRole key={key} name={tr(name)} row={storedNumber(key)} inputs={inputs.length} />
       ))}
       <ModuleMode row={storedNumber("dev_mode")} />
     </Card>
   );
 }
 
-function InputRole({ row, inputs }: { row: StoredNumber; inputs: number }): JSX.Element {
+function InputRole({ name, row, inputs }: { name: string; row: StoredNumber; inputs: number }): JSX.Element {
   return (
-    <Field label={tr(row.help).split(",")[0]!}>
+    <Field label={name} hint={tr(row.help)}>
       <select class="input" value={Number(valueOf(row.key) ?? row.default)} onChange={(event) => setValue(row.key, Number(event.currentTarget.value))}>
         <option value={row.default}>{t`none`}</option>
         {Array.from({ length: inputs }, (_, i) => (

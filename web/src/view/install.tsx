@@ -77,7 +77,7 @@ function InstallCard(): JSX.Element {
       {index.value === null && (
         <Notice kind="warn" title={t`No firmware is stored with this page`} text={t`The page of a release includes it. From a checkout: wificnc build, then wificnc flash.`} />
       )}
-      {row?.missing && <Notice kind="warn" title={t`No firmware for this board`} text={row.missing} />}
+      {row?.missing && <Notice kind="warn" title={t`No firmware for this board`} text={t`This page has none for it. Build it on your computer: wificnc build ${board.value.id}, then wificnc flash ${board.value.id}.`} />}
       {!usb && (
         <Notice kind="info" title={t`This board cannot be flashed from a browser`} text={t`Use the command line: wificnc flash ${board.value.id}`} />
       )}

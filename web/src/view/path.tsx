@@ -4,15 +4,12 @@ import type { CanvasHTMLAttributes, JSX } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import { job, preflight, standing, theme } from "../app";
 import { secondsAtLine, type Preflight } from "../job/preflight";
-import { SLANTED, TOP, type Box, type View } from "../job/projection";
+import { pinched, SLANTED, TOP, zoomed, type Box, type Point, type View } from "../job/projection";
 import { levelColours, type Scene } from "../job/scene";
 import { AXES, TABLES } from "../tables";
 import { draw, inkOf } from "./drawing";
 import { Segments } from "./parts";
 import { t } from "../words";
-
-const ZOOM_MIN = 0.3;
-const ZOOM_MAX = 60;
 
 type Kind = "top" | "slanted";
 
@@ -110,27 +107,40 @@ function toolPosition({ standing: checked }: Preflight): readonly number[] | nul
 
 // ---- hands ----
 
+/** Fingers and the mouse's button that are down: they outlive the drawing that each of their moves brings. */
+const down = new Map<number, Point>();
+
+/** Pixels from the middle of the canvas. */
+function placeOf(event: MouseEvent & { currentTarget: HTMLCanvasElement }): Point {
+  const box = event.currentTarget.getBoundingClientRect();
+  return { x: event.clientX - box.left - box.width / 2, y: event.clientY - box.top - box.height / 2 };
+}
+
 function gestures(kind: Kind): CanvasHTMLAttributes<HTMLCanvasElement> {
-  let last: { x: number; y: number } | null = null;
+  const lift = (event: PointerEvent): void => void down.delete(event.pointerId);
   return {
     onPointerDown: (event) => {
       event.currentTarget.setPointerCapture(event.pointerId);
-      last = { x: event.clientX, y: event.clientY };
+      down.set(event.pointerId, placeOf(event));
     },
     onPointerMove: (event) => {
-      if (!last) return;
-      const [dx, dy] = [event.clientX - last.x, event.clientY - last.y];
-      last = { x: event.clientX, y: event.clientY };
+      const before = down.get(event.pointerId);
+      if (!before) return;
+      const after = placeOf(event);
+      const other = [...down].find(([id]) => id !== event.pointerId)?.[1];
+      down.set(event.pointerId, after);
+      const [dx, dy] = [after.x - before.x, after.y - before.y];
       const now = view.value;
-      if (kind === "top" || event.shiftKey) view.value = { ...now, shiftX: now.shiftX + dx, shiftY: now.shiftY + dy };
+      if (other) view.value = pinched(now, other, before, after);
+      else if (kind === "top" || event.shiftKey) view.value = { ...now, shiftX: now.shiftX + dx, shiftY: now.shiftY + dy };
       else view.value = { ...now, turn: now.turn - dx * 0.01, tilt: Math.min(Math.PI / 2, Math.max(0.05, now.tilt + dy * 0.01)) };
     },
-    onPointerUp: () => (last = null),
-    onPointerCancel: () => (last = null),
+    onPointerUp: lift,
+    onPointerCancel: lift,
+    onLostPointerCapture: lift,
     onWheel: (event) => {
       event.preventDefault();
-      const zoom = view.value.zoom * Math.exp(-event.deltaY * 0.0015);
-      view.value = { ...view.value, zoom: Math.min(ZOOM_MAX, Math.max(ZOOM_MIN, zoom)) };
+      view.value = zoomed(view.value, Math.exp(-event.deltaY * 0.0015), placeOf(event));
     },
     onDblClick: () => (view.value = kind === "top" ? TOP : SLANTED),
   };

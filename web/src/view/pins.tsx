@@ -4,7 +4,7 @@ import type { JSX } from "preact";
 import { BOARDS } from "../boards";
 import { board, chooseBoard } from "../chosen";
 import { pinoutUrl } from "../pinouts";
-import { clashes, ownPin, pinOf, refusal, setValue } from "../storage/board";
+import { choosePin, clashes, ownPin, pinOf, refusal, swapsWith } from "../storage/board";
 import { TABLES, type Board, type StoredPin } from "../tables";
 import { Card, Check, Notice } from "./parts";
 import { StorageBar } from "./storage";
@@ -105,10 +105,7 @@ function PinLine({ board: wired, row }: { board: Board; row: StoredPin }): JSX.E
           aria-label={t`Pin of ${tr(row.label)}`}
           data-test={`pin-${row.key}`}
           value={number === null ? none : number}
-          onChange={(event) => {
-            const chosen = Number(event.currentTarget.value);
-            setValue(row.key, chosen === own ? null : chosen);
-          }}
+          onChange={(event) => choosePin(wired, row, Number(event.currentTarget.value))}
         >
           <option value={none}>{t`not wired`}</option>
           {options(wired, row, number)}
@@ -122,6 +119,13 @@ function PinLine({ board: wired, row }: { board: Board; row: StoredPin }): JSX.E
 /** Legal pins first; the others with their reason, on request. */
 function options(wired: Board, row: StoredPin, chosen: number | null): JSX.Element[] {
   return wired.pins.flatMap((pin) => {
+    const rival = pin.number === chosen ? null : swapsWith(wired, row, pin);
+    if (rival)
+      return [
+        <option key={pin.number} value={pin.number}>
+          {t`${pin.name}: swap with ${tr(rival.label)}`}
+        </option>,
+      ];
     const why = refusal(wired, row, pin);
     if (why && pin.number !== chosen && !showIllegal.value) return [];
     return [

@@ -23,7 +23,7 @@ export function PositionCard(): JSX.Element {
   const zeroAll = (): Promise<void> => setPosition(Object.fromEntries(axes.map((axis) => [axis, 0])), t`zero of all axes`);
   const last = lastZero.value;
   return (
-    <Card title={t`Position`} tools={<PositionTools />}>
+    <Card title={showsInches.value ? t`Position, inch` : t`Position, mm`} tools={<PositionTools />}>
       <div class={`dro ${isLarge.value ? "large" : ""}`}>
         {axes.map((axis, i) => (
           <Axis key={axis} axis={axis} index={i} />
@@ -289,7 +289,7 @@ function Lamps(): JSX.Element {
       </div>
       <dl class="facts">
         <dt>{t`Feed`}</dt>
-        <dd class="mono">{t`${feedNow.toFixed(0)} mm/min`}</dd>
+        <dd class="mono" data-test="feed-now">{showsInches.value ? t`${feedNow.toFixed(1)} inch/min` : t`${feedNow.toFixed(0)} mm/min`}</dd>
         <dt>{t`Spindle`}</dt>
         <dd class="mono">{spindle}</dd>
         <dt>{t`Modes`}</dt>

@@ -8,11 +8,14 @@ import { planStored, unknownPlace, type StoredName } from "../link/stored";
 import { keepMacros, macros, runMacro, stopMacro } from "../macros";
 import { FireDialog, WarmDialog } from "./fire";
 import { Button, Card, Dialog, Field, Notice } from "./parts";
+import { later } from "./later";
 import { goBy, zeroFacts } from "./position";
 import { t } from "../words";
 
+const ToolsDialog = later(async () => (await import("./tools")).ToolsDialog);
+
 export function Shortcuts(): JSX.Element {
-  const open = useSignal<"" | "fire" | "warm" | "edit">("");
+  const open = useSignal<"" | "fire" | "warm" | "edit" | "tools">("");
   const edited = useSignal(-1);
   const edit = (index: number): void => void ([edited.value, open.value] = [index, "edit"]);
   const close = (): void => void (open.value = "");
@@ -31,6 +34,9 @@ export function Shortcuts(): JSX.Element {
         <StoredPosition name="G30" />
         <Button why={noMotion.value} onClick={() => (open.value = laser ? "fire" : "warm")} testId={laser ? "fire" : "warm"}>
           {laser ? t`Test laser` : t`Warm up spindle`}
+        </Button>
+        <Button why={noMotion.value} onClick={() => (open.value = "tools")} testId="tools-open">
+          {t`Tool table`}
         </Button>
       </div>
       {macros.value.length > 0 && (
@@ -61,6 +67,7 @@ export function Shortcuts(): JSX.Element {
       )}
       {open.value === "fire" && <FireDialog onClose={close} />}
       {open.value === "warm" && <WarmDialog onClose={close} />}
+      {open.value === "tools" && <ToolsDialog onClose={close} />}
       {open.value === "edit" && <MacroDialog index={edited.value} onClose={close} />}
     </Card>
   );
