@@ -17,7 +17,7 @@ from wificnc.flash.find import firmware_folder
 PORTS = "ABCDEFG"
 GPIOS = 40  # of the ESP32
 BOOT_S = 0.05
-BANNER_S = 10.0  # of the chip's time
+BANNER_S = 5.0  # of the chip's time
 HEX = "wificnc.hex"
 
 
@@ -88,7 +88,7 @@ def greet(chip: Wired) -> str:
         if b"Grbl " in said and b"\r\n" in said.partition(b"Grbl ")[2]:
             return said.decode("latin-1")
     last = said.decode("latin-1").strip().splitlines()[-1:] or ["nothing"]
-    raise JobError(f"the image has not said Grbl's banner in {BANNER_S:g} s of the chip's time, but: {last[0]}")
+    raise JobError(f"the image has not said Grbl's banner in {BANNER_S:g} s of the chip's time, but: {last[0]}", hint="is it an image of this board?")
 
 
 def pin_numbers(board: Board) -> dict[str, int]:
