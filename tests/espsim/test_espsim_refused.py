@@ -119,7 +119,7 @@ REFUSED = {
 
 
 def refused(capsys: pytest.CaptureFixture[str], folder: Path, *options: str) -> tuple[int, str]:
-    """Exit code, and what is said on stderr, as one line."""
+    """Exit code, and what stderr has, as one line."""
     job = folder / "job.nc"
     job.write_text("G21G91\nG1X1F600\n")
     with pytest.raises(SystemExit) as ended:

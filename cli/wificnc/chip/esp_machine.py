@@ -62,7 +62,7 @@ class EspMachine:
         self.power_on()
 
     def _answer_radio(self) -> None:
-        """There is none: its library is not started, and the firmware is told so."""
+        """There is none: its library is not started, and the firmware hears so."""
         address = self._image.wifi_init
         if self._image.elf is not None:
             self._chip.load_symbols(self._image.elf)

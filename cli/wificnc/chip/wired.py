@@ -80,7 +80,7 @@ def _hex(board: Board, path: Path) -> tuple[Block, ...]:
 
 
 def greet(chip: Wired) -> str:
-    """Wait for Grbl's banner. @return what was said, up to it and a moment longer. Raises JobError."""
+    """Wait for Grbl's banner. @return what came, up to it and a moment longer. Raises JobError."""
     said, end = b"", chip.cycles + round(BANNER_S * chip.cpu_hz)
     while chip.cycles < end:
         chip.run(BOOT_S)
@@ -88,7 +88,10 @@ def greet(chip: Wired) -> str:
         if b"Grbl " in said and b"\r\n" in said.partition(b"Grbl ")[2]:
             return said.decode("latin-1")
     last = said.decode("latin-1").strip().splitlines()[-1:] or ["nothing"]
-    raise JobError(f"the image has not said Grbl's banner in {BANNER_S:g} s of the chip's time, but: {last[0]}", hint="is it an image of this board?")
+    raise JobError(
+        f"the image has not said Grbl's banner in {BANNER_S:g} s of the chip's time, but: {last[0]}",
+        hint="is it an image of this board?",
+    )
 
 
 def pin_numbers(board: Board) -> dict[str, int]:

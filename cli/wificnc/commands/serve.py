@@ -115,17 +115,15 @@ def command(
 ) -> None:
     """Run a simulated Grbl controller in real time. Connect any sender by TCP or by a serial port.
 
-    The first client that sends a line is the owner; all others see the answers. `$TAKE` takes control. A board
-    with a PIC32MZ, and with --on-chip one with an ESP32, runs its real image in a virtual chip; there all clients
-    are at one serial port.
+    The first client that sends a line is the owner; all others see the answers. `$TAKE` takes control. With
+    --on-chip (a PIC32MZ: always) the board's real image runs; all clients are at its serial port then.
     """
     the_board, profile = _board_and_machine(board, machine)
     options = ServeOptions(
         **_chip(the_board, on_chip),
-        **_doors(tcp, http, http_names, io_module),
+        **_doors(tcp, http, http_names, io_module, pendant),
         pty=pty,
         spindle_bus=spindle_bus,
-        pendant=parse_pendant(pendant) if pendant else None,
         wmc3=parse_wmc3(wmc3, parse_speed(speed)) if wmc3 else None,
         io_module=io_module,
         key=key,
@@ -144,12 +142,15 @@ def _chip(board: Board, on_chip: str | None) -> dict[str, Any]:
     return {"board": board, "on_chip": virtual, "image": chip_image(on_chip or "")}
 
 
-def _doors(tcp: str, http: str | None, http_names: tuple[str, ...], io_module: bool) -> dict[str, Any]:
-    """Of text and page, as ServeOptions has them. Raises UserError."""
+def _doors(
+    tcp: str, http: str | None, http_names: tuple[str, ...], io_module: bool, pendant: str | None
+) -> dict[str, Any]:
+    """Of text, page and pendant, as ServeOptions has them. Raises UserError."""
     return {
         "tcp": None if io_module else parse_address(tcp) or (NOWHERE if http else None),
         "http": parse_address(http, "--http", DEFAULT_HTTP_PORT) if http else None,
         "http_names": tuple(map(parse_host_name, http_names)),
+        "pendant": parse_pendant(pendant) if pendant else None,
     }
 
 
