@@ -24,7 +24,7 @@ from wificnc.flash.table import table_bytes, table_rows
 
 DESCRIPTION = 32  # esp_app_desc_t, at the beginning of the first segment
 PROJECT_AT, ELF_HASH_AT, HASH = 48, 144, 32  # in it
-RADIO_MARK = b"WiFiCNC radio 1\0"  # targets/esp32/net/radio_mark.c; behind it the address of esp_wifi_init
+RADIO_MARK = b"WiFiCNC radio 1\0"  # targets/esp32/net/wifi.c; behind it the address of esp_wifi_init
 NOT_YET = "the virtual ESP32-S3 cannot run a firmware yet: its USB serial port is not emulated, and no image was tried"
 OTHERS = (
     (b"\x7fELF", "an ELF file", "name the .bin next to it; the names of functions are taken from the ELF file"),
