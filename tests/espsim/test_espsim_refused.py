@@ -11,6 +11,7 @@ import pytest
 from espsim import code as c
 from talking import RTC_SLOW, description
 from wificnc.app import main
+from wificnc.chip.esp_image import RADIO_MARK
 from wificnc.errors import Exit
 
 BOARD = "esp32-wroom32"
@@ -53,6 +54,17 @@ def quiet() -> bytes:
 def touches_the_radio() -> bytes:
     place = at_body(1)
     return with_literals([RADIO], c.l32r(2, place, START + 4) + c.l32i(3, 2, 0) + bytes(2))
+
+
+def starts_its_radio(mark: bytes) -> bytes:
+    """Calls the function that touches it, whose address lies behind the mark, and waits."""
+    table = 8 + len(mark) + 4
+    call_at = START + table
+    touch = call_at + 12
+    body = c.call0(call_at, touch) + quiet()[:-2]
+    body += bytes(12 - len(body))
+    load = c.l32r(2, touch, START + 4) + c.l32i(3, 2, 0) + c.RET
+    return c.jump(table) + b"\0" + struct.pack("<I", RADIO) + mark + struct.pack("<I", touch) + body + load + b"\0\0\0"
 
 
 def restarts() -> bytes:
@@ -150,6 +162,13 @@ def test_the_function_is_named(capsys: pytest.CaptureFixture[str], tmp_path: Pat
     assert "start_radio" in refused(capsys, tmp_path, *options)[1]
     (tmp_path / "other.elf").write_bytes(elf + b"\0")
     assert "start_radio" not in refused(capsys, tmp_path, *options)[1]
+
+
+def test_a_marked_radio_is_answered(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    """Without an ELF file; an image without the mark touches what is not there."""
+    for mark, says in ((RADIO_MARK, "Grbl's banner"), (RADIO_MARK.swapcase(), "where nothing is emulated")):
+        (tmp_path / "image.bin").write_bytes(app(starts_its_radio(mark)))
+        assert says in refused(capsys, tmp_path, "--board", BOARD, "--on-chip", str(tmp_path / "image.bin"))[1]
 
 
 @pytest.mark.parametrize(

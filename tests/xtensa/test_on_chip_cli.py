@@ -144,6 +144,20 @@ def test_a_restart_is_as_the_first_start(build: Path) -> None:
         chip.close()
 
 
+def test_the_settings_partition_is_kept(build: Path, tmp_path: Path) -> None:
+    """What was put there is there after a start, and nothing else of the flash has changed."""
+    board = load_board(BOARD)
+    chip = EspMachine(board, load_image(build, board))
+    try:
+        kept = bytes(range(256)) * (NVS_SIZE // 256)
+        assert chip.settings() == b"\xff" * NVS_SIZE
+        chip.set_settings(kept, tmp_path / "settings.bin")
+        chip.power_on()
+        assert "Grbl 1.1h" in greet(chip) and chip.settings() == kept
+    finally:
+        chip.close()
+
+
 # ---- serve ----
 
 
