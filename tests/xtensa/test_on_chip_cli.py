@@ -9,6 +9,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import images
 import numpy as np
@@ -128,6 +129,27 @@ def test_pins_are_driven_at_their_time(build: Path) -> None:
         assert chip.level(36) == 0
     finally:
         chip.close()
+
+
+class Slow:
+    """A chip that says this, a piece in each look."""
+
+    cpu_hz = 1000
+
+    def __init__(self, *pieces: bytes) -> None:
+        self.pieces, self.cycles = [*pieces], 0
+
+    def run(self, seconds: float) -> None:
+        self.cycles += round(seconds * self.cpu_hz)
+
+    def read(self) -> bytes:
+        return self.pieces.pop(0) if self.pieces else b""
+
+
+def test_a_startup_lines_answer_belongs_to_the_start() -> None:
+    """It would count as one of the job's."""
+    chip: Any = Slow(b"", b"\r\nGrbl 1.1h ['$' for help]\r\n>G54:", b"ok\r\n", b"", b"more")
+    assert greet(chip).endswith(">G54:ok\r\n") and chip.pieces == [b"more"]
 
 
 def test_a_restart_is_as_the_first_start(build: Path) -> None:

@@ -80,14 +80,20 @@ def _hex(board: Board, path: Path) -> tuple[Block, ...]:
 
 
 def greet(chip: Wired) -> str:
-    """Wait for Grbl's banner. @return what came, up to it and a moment longer. Raises JobError."""
-    said, end = b"", chip.cycles + round(BANNER_S * chip.cpu_hz)
+    """Wait for Grbl's banner, and until nothing comes behind it: startup lines have answers, too. @return what came.
+    Raises JobError."""
+    said, end = "", chip.cycles + round(BANNER_S * chip.cpu_hz)
+    has_begun = False
     while chip.cycles < end:
         chip.run(BOOT_S)
-        said += chip.read()
-        if b"Grbl " in said and b"\r\n" in said.partition(b"Grbl ")[2]:
-            return said.decode("latin-1")
-    last = said.decode("latin-1").strip().splitlines()[-1:] or ["nothing"]
+        fresh = chip.read().decode("latin-1")
+        if has_begun and not fresh:
+            return said
+        said += fresh
+        has_begun = "\r\n" in said.partition("Grbl ")[2]
+    if has_begun:
+        return said
+    last = said.strip().splitlines()[-1:] or ["nothing"]
     raise JobError(
         f"the image has not said Grbl's banner in {BANNER_S:g} s of the chip's time, but: {last[0]}",
         hint="is it an image of this board?",
