@@ -1,7 +1,7 @@
 """The real image of an ESP32 in the virtual chip, with the methods of grbl_host.Grbl.
 
-Where: WIFICNC_ESP_IMAGE is what `--on-chip` takes, of the board esp32-wroom32. Images are made with ESP-IDF, so these tests
-run where someone has one. As chip_grbl.py, but:
+Where: WIFICNC_ESP_IMAGE is what `--on-chip` takes, of the board esp32-wroom32. Images are made with ESP-IDF, so
+these tests run where someone has one. As chip_grbl.py, but:
 
 - Axes A, B and C must be at 0 and are left out of what was answered.
 - The wire has 115200 baud.
