@@ -59,12 +59,11 @@ def touches_the_radio() -> bytes:
 def starts_its_radio(mark: bytes) -> bytes:
     """Calls the function that touches it, whose address lies behind the mark, and waits."""
     table = 8 + len(mark) + 4
-    call_at = START + table
-    touch = call_at + 12
-    body = c.call0(call_at, touch) + quiet()[:-2]
-    body += bytes(12 - len(body))
-    load = c.l32r(2, touch, START + 4) + c.l32i(3, 2, 0) + c.RET
-    return c.jump(table) + b"\0" + struct.pack("<I", RADIO) + mark + struct.pack("<I", touch) + body + load + b"\0\0\0"
+    body_at = START + table
+    touch = body_at + 12
+    body = c.entry(1, 64) + c.call(8, body_at + 3, touch) + WAITI + c.jump(-3)
+    load = c.entry(1, 32) + c.l32r(2, touch + 3, START + 4) + c.l32i(3, 2, 0) + c.RETW
+    return c.jump(table) + b"\0" + struct.pack("<I", RADIO) + mark + struct.pack("<I", touch) + body + load
 
 
 def restarts() -> bytes:

@@ -24,7 +24,7 @@ from wificnc.chip.espsim import Stop
 IMAGE = os.environ.get("WIFICNC_ESP_IMAGE", "")
 BOARD = "esp32-wroom32"
 BYTE_S = 10 / 115200
-LOOK_S = 5e-5  # between two looks at where the axes stand
+LOOK_S = 5e-5  # between two looks at where the motors are
 OTHERS = re.compile(rf"((?:[MW]Pos|WCO|\[G\d\d(?:\.\d)?|\[PRB):{NUMBERS}),(-?[\d.]+),(-?[\d.]+),(-?[\d.]+)")
 OTHER_SETTINGS = re.compile(r"\$1[0-3][345]=[\d.]+\r\n")
 
