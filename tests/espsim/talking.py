@@ -27,7 +27,7 @@ PT_LOAD = 1
 def build(tools: Toolchain) -> Path:
     """The ELF file."""
     sources = [*sorted((ROOT / "core").rglob("*.c")), *(ROOT / name for name in REAL)]
-    own = [BARE / "idf.c", BARE / "runtime.c", TALK / "main.c"]
+    own = [*(path for path in sorted(BARE.glob("*.c")) if path.name != "main.c"), TALK / "main.c"]
     return bare.build(tools, ROOT, Chip.ESP32, sources, own, ROOT / "build" / "espsim" / "talk")
 
 
