@@ -106,7 +106,7 @@ class EspGrbl(ChipGrbl):
     def input(self, name: str, active: bool) -> None:
         pin, level = self._line(name, active)
         self.chip.drive(pin, level)
-        self.chip.run(2e-6 if active and not name.startswith("input") else 0.02)
+        self.chip.run(0.02)
 
     def _pin(self, signal: str) -> int:
         if signal not in self._pins:
