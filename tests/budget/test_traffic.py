@@ -10,7 +10,7 @@ import mips.count
 import pytest
 from bench.measure import Figure
 from bench.traffic import buses, here, on_mips, on_xtensa
-from espsim.virtual import CPU_HZ, Chip
+from wificnc.chip.espsim import CPU_HZ, Chip
 
 PART = 0.02  # of a core
 PIC32MZ_HZ = 200_000_000

@@ -20,6 +20,7 @@ struct entry {
 
 static struct entry entries[ENTRIES];
 static int writes_left;
+static bool cut_loses_blobs; /* that are written a second time */
 static unsigned failures;
 static struct store_lost lost;
 
@@ -73,9 +74,15 @@ static size_t get_blob(void *ctx, const char *key, void *bytes, size_t size) {
     return entry->size;
 }
 
+/* NVS of ESP-IDF 5.5 loses a blob when the power goes after its new data are written and before its new index
+ * is: Page::mLoadEntryTable() takes the old data for a duplicate of the new ones, and then neither has an
+ * index that fits. */
 static bool set_blob(void *ctx, const char *key, const void *bytes, size_t count) {
     (void)ctx;
+    struct entry *old = entry_of(key);
     struct entry *entry = power_is_on() && count <= BLOB_MAX ? make_entry(key) : NULL;
+    if (entry == NULL && old != NULL && cut_loses_blobs && writes_left == -1)
+        old->type = -2;
     if (entry == NULL)
         return false;
     entry->type = -1;
@@ -181,6 +188,23 @@ static bool cut_batch_at(int cut) {
                       memcmp(read, bytes[is_new], sizeof read) == 0,
                   "a mix of old and new values", cut);
     }
+    check(entry_of("journal") == NULL, "the job is not finished", cut);
+    return !saved;
+}
+
+/* One value, as a startup line or an offset. @return false: it went through, no cut came */
+static bool cut_value_at(int cut) {
+    const uint8_t old[] = {1, 2, 3}, fresh[] = {4, 5, 6};
+    uint8_t read[sizeof old];
+    start_empty();
+    (void)store_save(&store, 3, STORE_VERSION, old, sizeof old);
+    writes_left = cut;
+    const bool saved = store_save(&store, 3, STORE_VERSION, fresh, sizeof fresh);
+    writes_left = NO_CUT;
+    for (int start = 0; start < 2; start++)
+        check(store_load(&store, 3, STORE_VERSION, read, sizeof read) == STORE_FOUND &&
+                  (memcmp(read, fresh, sizeof read) == 0 || (!saved && memcmp(read, old, sizeof read) == 0)),
+              "neither the old nor the new value", cut);
     check(entry_of("journal") == NULL, "the job is not finished", cut);
     return !saved;
 }
@@ -324,6 +348,16 @@ static void other_values_are_blobs(void) {
     check(store_load(&store, 4, STORE_VERSION, read, sizeof read) == STORE_EMPTY, "found", -1);
 }
 
+static void cut_everywhere(void) {
+    int writes = 0;
+    while (cut_batch_at(writes))
+        writes++;
+    check(writes == 4 + 5 + 2, "not that many writes for a batch", writes);
+    for (writes = 0; cut_value_at(writes); writes++)
+        continue;
+    check(writes == 3, "not that many writes for a value", writes);
+}
+
 int main(void) {
     for (unsigned how_many = 1; how_many <= 6; how_many++) {
         int cut = 0;
@@ -331,10 +365,12 @@ int main(void) {
             cut++;
         check(cut == (how_many == 1 ? 1 : (int)how_many + 2), "not that many writes", cut);
     }
-    int writes = 0;
-    while (cut_batch_at(writes))
-        writes++;
-    check(writes == 4 + 5 + 2, "not that many writes for a batch", writes);
+    cut_everywhere();
+    cut_loses_blobs = true;
+    cut_everywhere();
+    for (unsigned how_many = 1; how_many <= 6; how_many++)
+        for (int cut = 0; cut_at(cut, how_many); cut++)
+            continue;
     for (unsigned how_many = 1; how_many <= 3; how_many++) {
         int cut = 0;
         while (cut_channels_at(cut, how_many))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import pytest
-from espsim.virtual import Chip, VirtualChip
+from wificnc.chip.espsim import Chip, VirtualChip
 
 
 @pytest.fixture(params=list(Chip), ids=["esp32", "esp32s3"])

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from espsim import code as c
-from espsim.virtual import Chip, Cpu, VirtualChip
+from wificnc.chip.espsim import Chip, Cpu, VirtualChip
 
 
 @dataclass(frozen=True)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from espsim import bare
 from espsim import code as c
-from espsim.virtual import CPU_HZ, Chip, Cpu, VirtualChip
+from wificnc.chip.espsim import CPU_HZ, Chip, Cpu, VirtualChip
 from xtensa import windows
 from xtensa.toolchain import NoToolchainError, find_toolchain
 

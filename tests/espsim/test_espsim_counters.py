@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import pytest
-from espsim.virtual import SHIFT_FIRST, Chip, ChipFault, VirtualChip
 from registers import Registers
+from wificnc.chip.espsim import SHIFT_FIRST, Chip, ChipFault, VirtualChip
 
 A, B = 4, 5
 FORWARD = ((1, 0), (1, 1), (0, 1), (0, 0))  # levels of A and B

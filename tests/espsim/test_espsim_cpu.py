@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 from espsim import code as c
-from espsim.virtual import Chip, ChipFault, Cpu, Stop, VirtualChip
+from wificnc.chip.espsim import Chip, ChipFault, Cpu, Stop, VirtualChip
 
 # code, vectors, data
 PLACES = {Chip.ESP32: (0x40090000, 0x40080000, 0x3FFC0000), Chip.ESP32S3: (0x40380000, 0x40378000, 0x3FCB0000)}

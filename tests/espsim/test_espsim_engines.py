@@ -16,9 +16,9 @@ import images
 import numpy as np
 import pytest
 from espsim.program import Program, build
-from espsim.virtual import SHIFT_FIRST, Chip, VirtualChip
 from numpy.typing import NDArray
 from wificnc.board.load import load_board
+from wificnc.chip.espsim import SHIFT_FIRST, Chip, VirtualChip
 from wificnc.sim.run import SimOptions, simulate
 from xtensa import windows
 from xtensa.toolchain import NoToolchainError, find_toolchain

@@ -5,8 +5,8 @@ from __future__ import annotations
 import images
 import pytest
 from espsim import code as c
-from espsim.virtual import Chip, ChipFault, Cpu, Stop, VirtualChip
 from registers import PLACES, Registers
+from wificnc.chip.espsim import Chip, ChipFault, Cpu, Stop, VirtualChip
 
 MS = 240_000
 PLACE = 0x300000  # in flash, in no partition

@@ -6,8 +6,8 @@ from typing import Any
 
 import images
 import pytest
-from espsim.virtual import ChipFault, VirtualChip
 from make_vectors import elf
+from wificnc.chip.espsim import ChipFault, VirtualChip
 
 ENTRY, DATA = 0x40080400, 0x3FFB0000
 CODE = bytes(range(32))

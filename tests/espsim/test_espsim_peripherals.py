@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 from espsim import code as c
-from espsim.virtual import Chip, ChipFault, Cpu, VirtualChip
 from registers import PLACES, Registers
+from wificnc.chip.espsim import Chip, ChipFault, Cpu, VirtualChip
 
 TICK = 6  # cycles: 80 MHz / 2
 RUN, UP, LEVEL, ALARM, DIVIDE_BY_2 = 1 << 31, 1 << 30, 1 << 11, 1 << 10, 2 << 13

@@ -10,8 +10,8 @@ import pytest
 from espsim import bare
 from espsim import code as c
 from espsim.romcode import make
-from espsim.virtual import Chip, ChipFault, Cpu, VirtualChip
 from registers import PLACES
+from wificnc.chip.espsim import Chip, ChipFault, Cpu, VirtualChip
 from xtensa import windows
 from xtensa.toolchain import NoToolchainError, find_toolchain
 

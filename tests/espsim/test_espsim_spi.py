@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import pytest
-from espsim.virtual import Chip, ChipFault, VirtualChip
 from registers import Registers
+from wificnc.chip.espsim import Chip, ChipFault, VirtualChip
 
 BASE = {2: 0x3FF64000, 3: 0x3FF65000}
 SELECT0 = {2: 11, 3: 68}

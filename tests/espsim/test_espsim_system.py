@@ -7,8 +7,8 @@ import hashlib
 import images
 import pytest
 from espsim import code as c
-from espsim.virtual import CPU_HZ, Chip, ChipFault, VirtualChip
 from registers import Registers
+from wificnc.chip.espsim import CPU_HZ, Chip, ChipFault, VirtualChip
 
 MS = CPU_HZ // 1000
 KEY, ENABLE = 0x50D83AA1, 1 << 31

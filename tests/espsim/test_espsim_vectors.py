@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import streams as v
-from espsim.virtual import Cpu, Stop, VirtualChip
+from wificnc.chip.espsim import Cpu, Stop, VirtualChip
 
 CODE, DATA = 0x40080000, 0x3FFB0000
 

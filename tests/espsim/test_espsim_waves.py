@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from espsim.virtual import CPU_HZ, Chip, ChipFault, VirtualChip
 from registers import Registers
+from wificnc.chip.espsim import CPU_HZ, Chip, ChipFault, VirtualChip
 
 PIN = 4
 APB_HZ = 80_000_000

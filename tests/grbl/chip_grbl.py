@@ -23,7 +23,7 @@ from step_accelerations import accelerations
 from wificnc.board.model import Board
 from wificnc.chip.image import Block
 from wificnc.chip.machine import motor_wire, wired_chip
-from wificnc.chip.virtual import CPU_HZ, STEP_DTYPE, pin_number
+from wificnc.chip.virtual import STEP_DTYPE, pin_number
 
 AXES = 3  # that the tests know of
 SERIAL_FACTOR = 16
@@ -83,7 +83,7 @@ class ChipGrbl:
             self.chip.run(SHORT_S)
             more = self._take()
             said, quiet_s = said + more, 0.0 if more or self.chip.unread else quiet_s + SHORT_S
-        return as_three_axes(said)
+        return self._plain(said)
 
     def send(self, data: str) -> str:
         """Write as its answers leave room, continue until nothing happens any more, hear."""
@@ -97,7 +97,7 @@ class ChipGrbl:
             self.put(piece)
             flying += max(10, len(piece))
         said += self._settle(lines - answers(said), brief=bool(lines) and not re.search("[\x18~]", data))
-        return as_three_axes(said)
+        return self._plain(said)
 
     def _settle(self, due: int, brief: bool) -> str:
         """Until nothing comes any more. @param brief  when all answers are there nothing else will come"""
@@ -108,8 +108,8 @@ class ChipGrbl:
             place = self._raw_stands()
             busy = fresh or self.chip.unread or place != before
             said, quiet_s = said + fresh, 0.0 if busy else quiet_s + SLICE_S
-            assert self.chip.cycles - began < PATIENCE_S * CPU_HZ
-        self._waited += round(quiet_s * CPU_HZ)
+            assert self.chip.cycles - began < PATIENCE_S * self.chip.cpu_hz
+        self._waited += round(quiet_s * self.chip.cpu_hz)
         return said
 
     def fine(self, *lines: str) -> None:
@@ -123,7 +123,7 @@ class ChipGrbl:
 
     def after(self, seconds: float, data: str = "") -> str:
         """Write, let this much time pass, hear."""
-        end = self.chip.cycles + round(seconds * CPU_HZ)
+        end = self.chip.cycles + round(seconds * self.chip.cpu_hz)
         self.put(data)
         while self.chip.unread:
             self.chip.run(SHORT_S)
@@ -139,8 +139,8 @@ class ChipGrbl:
         while "\n" not in said:
             self.chip.run(SHORT_S)
             said += self._take()
-            assert self.chip.cycles - begin < PATIENCE_S * CPU_HZ
-        return as_three_axes(said), (self.chip.cycles - begin) / CPU_HZ
+            assert self.chip.cycles - begin < PATIENCE_S * self.chip.cpu_hz
+        return self._plain(said), (self.chip.cycles - begin) / self.chip.cpu_hz
 
     def sleeps(self) -> bool:
         raise NotOnThisBoard("a chip always ticks")
@@ -153,7 +153,7 @@ class ChipGrbl:
         return self.status()[1:].split("|")[0]
 
     def time(self) -> float:
-        return (self.chip.cycles - self._waited) / CPU_HZ
+        return (self.chip.cycles - self._waited) / self.chip.cpu_hz
 
     def position(self) -> list[int]:
         """Steps, as the controller reports them. Where it is silent (after alarm 1, 2 and 50) and where a step is less
@@ -180,12 +180,12 @@ class ChipGrbl:
         return np.frombuffer(b"".join(self._recorded), dtype=np.dtype(STEP_DTYPE))
 
     def first_step_s(self) -> float:
-        return float(self._steps()["cycle"][0]) / CPU_HZ
+        return float(self._steps()["cycle"][0]) / self.chip.cpu_hz
 
     def accelerations(self, window_s: float = 0.01) -> NDArray[np.float64]:
         """Steps/s^2 per axis by box differences of the recorded positions."""
         steps = self._steps()
-        return accelerations(steps["cycle"] / CPU_HZ, steps["step"], steps["dir"], window_s)
+        return accelerations(steps["cycle"] / self.chip.cpu_hz, steps["step"], steps["dir"], window_s)
 
     def lose_sender(self, waits: bool = False) -> None:
         raise NotOnThisBoard("a UART has no connection that could end")
@@ -216,7 +216,7 @@ class ChipGrbl:
 
     def input_in(self, seconds: float, name: str, active: bool) -> None:
         pin, level = self._line(name, active)
-        self.chip.drive_at(self.chip.cycles + round(seconds * CPU_HZ), pin, level)
+        self.chip.drive_at(self.chip.cycles + round(seconds * self.chip.cpu_hz), pin, level)
 
     def analog(self, number: int, percent: float) -> None:
         raise NotOnThisBoard(f"analog input {number}")
@@ -281,6 +281,10 @@ class ChipGrbl:
 
     def _raw_stands(self) -> list[int]:
         return [self.chip.position(axis) for axis in self._motors]
+
+    def _plain(self, said: str) -> str:
+        """As tests of three axes know it."""
+        return as_three_axes(said)
 
     def _take(self) -> str:
         return self.chip.read().decode("latin-1")

@@ -13,8 +13,10 @@ from pathlib import Path
 import pytest
 from chip_declared import always, difference
 from chip_grbl import ChipGrbl
+from esp_grbl import IMAGE, EspGrbl
 from grbl_host import BANNER, Grbl
 from image_fixture import ALL_ON_CHIP, board, build, image
+from wificnc.chip.wired import greet
 
 __all__ = ["board", "build", "image"]
 
@@ -27,7 +29,8 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
         return  # a module with a fixture of its own wants another machine
     name = f"{Path(metafunc.definition.path).name}::{metafunc.definition.name}"
     on_chip = ALL_ON_CHIP or name in always()
-    metafunc.parametrize("grbl", ["host", *([CHIP] if on_chip else [])], indirect=True)
+    controllers = [pytest.param("esp", id="esp")] if IMAGE else ["host", *([CHIP] if on_chip else [])]
+    metafunc.parametrize("grbl", controllers, indirect=True)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
@@ -46,6 +49,10 @@ def grbl(request: pytest.FixtureRequest) -> Iterator[Grbl | ChipGrbl]:
     if getattr(request, "param", "host") == "host":
         controller = Grbl()
         controller.send("")
+    elif request.param == "esp":
+        controller = EspGrbl()
+        greeting = greet(controller.chip)
+        assert greeting.endswith(BANNER), greeting
     else:
         controller = ChipGrbl(request.getfixturevalue("board"), request.getfixturevalue("image"))
         assert controller.after(0.02) == BANNER

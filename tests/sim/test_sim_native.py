@@ -13,12 +13,12 @@ from typing import Any
 
 import pytest
 import wificnc
-from espsim import virtual as esp32
 from layouts import HOST, VIRTUAL_CHIP, VIRTUAL_ESP32, LayoutError, Layouts
+from wificnc.chip import espsim as esp32
 from wificnc.chip import virtual
 from wificnc.sim import native
 
-MODULES = ("wificnc.job.native", "wificnc.sim.native", "wificnc.chip.virtual", "espsim.virtual")
+MODULES = ("wificnc.job.native", "wificnc.sim.native", "wificnc.chip.virtual", "wificnc.chip.espsim")
 
 
 def structures() -> list[type[Structure]]:

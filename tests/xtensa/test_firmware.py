@@ -12,6 +12,7 @@ import pytest
 from slow import slow_but
 from wificnc.board.load import load_board
 from wificnc.board.model import Board
+from wificnc.chip.esp_image import RADIO_MARK
 from xtensa.compile import (
     Object,
     board_sources,
@@ -239,3 +240,13 @@ def test_ci_machines_without_a_compiler_say_what_to_install(monkeypatch: pytest.
     monkeypatch.setitem(os.environ, "PATH", "/nowhere")
     with pytest.raises(NoToolchainError, match="apt-get install"):
         find_toolchain.__wrapped__()
+
+
+@pytest.mark.parametrize("chip", CHIPS)
+def test_the_radios_start_is_marked(tools: Toolchain, chip: str) -> None:
+    """The virtual chip answers this function: its address lies right behind the words by which an image without an ELF
+    file has it."""
+    (wifi,) = (made for made in objects_of(chip) if made.source.name == "wifi.c")
+    words = RADIO_MARK.rstrip(b"\0").decode()
+    table = re.search(rf'\.asciz\s+"{words}"\s+\.(?:long|word)\s+(\w+)', wifi.assembly.read_text())
+    assert table is not None and table[1] == "esp_wifi_init"

@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 from espsim.program import BOARDS, Program, build
-from espsim.virtual import CPU_HZ, Chip, ChipFault, VirtualChip
 from numpy.typing import NDArray
 from slow import slow_but
+from wificnc.chip.espsim import CPU_HZ, Chip, ChipFault, VirtualChip
 from wificnc.sim.run import SimOptions, simulate
 from xtensa import windows
 from xtensa.toolchain import NoToolchainError, Toolchain, find_toolchain

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import time
 
-from espsim.virtual import Chip, Cpu, VirtualChip
+from wificnc.chip.espsim import Chip, Cpu, VirtualChip
 
 from bench.__main__ import show
 from bench.measure import Figure

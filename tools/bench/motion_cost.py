@@ -10,7 +10,7 @@ from pathlib import Path
 
 import espsim.count
 import mips.count
-from espsim.virtual import Chip
+from wificnc.chip.espsim import Chip
 from wificnc.machine import load_machine
 
 from bench.callgrind import Profile

@@ -15,11 +15,11 @@ import mips.count
 from espsim import bare
 from espsim import code as c
 from espsim.program import PS_UM, PS_WOE, STACK_BASE, START
-from espsim.virtual import CPU_HZ, Chip, Cpu, VirtualChip
 from mips.count import FLAGS, FUNCTION
 from mips.emulate import PROCESSOR, QEMU, compile_files
 from wificnc.build.host import build_program
 from wificnc.build.mips import COMPILER
+from wificnc.chip.espsim import CPU_HZ, Chip, Cpu, VirtualChip
 from wificnc.protocol.vfd import load_vfds
 from xtensa.toolchain import find_toolchain
 

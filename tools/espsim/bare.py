@@ -7,12 +7,11 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from wificnc.board.model import Board
+from wificnc.chip.espsim import Chip
 from xtensa import windows
 from xtensa.compile import compile_all
 from xtensa.headers import small_headers
 from xtensa.toolchain import Toolchain
-
-from espsim.virtual import Chip
 
 # The boot ROM's functions that compilers call: rom.def.
 ROM_DEFINITIONS = Path(__file__).parent / "rom.def"

@@ -11,11 +11,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from wificnc.board.load import load_board
+from wificnc.chip.espsim import Chip, Stop, VirtualChip
 from xtensa import windows
 from xtensa.toolchain import NoToolchainError, find_toolchain
 
 from espsim.program import BOARDS, Program, build
-from espsim.virtual import Chip, Stop, VirtualChip
 
 # What others call of motion, and its half on the motion side.
 PLANNER, EMISSION, SPANS = "motion_tool_line", "motion_poll", "prep_poll"

@@ -8,11 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 from wificnc.board.load import load_board
 from wificnc.board.model import Board
+from wificnc.chip.espsim import CPU_HZ, SHIFT_FIRST, Chip, Cpu, Level, VirtualChip
 from xtensa.toolchain import Toolchain
 
 from espsim import bare
 from espsim import code as c
-from espsim.virtual import CPU_HZ, SHIFT_FIRST, Chip, Cpu, Level, VirtualChip
 
 ROOT = Path(__file__).resolve().parents[2]
 BARE = ROOT / "tests" / "espsim" / "bare"

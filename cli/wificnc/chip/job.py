@@ -7,25 +7,26 @@ import re
 import struct
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 from wificnc.board.model import Board
-from wificnc.chip.machine import board_image, wired_chip
 from wificnc.chip.pins import SUFFIXES, PinTrace, drive_pins, pin_labels
-from wificnc.chip.virtual import CPU_HZ, VirtualChip
+from wificnc.chip.virtual import VirtualChip
+from wificnc.chip.wired import Wired, greet, wire
 from wificnc.errors import JobError, UserError
 from wificnc.job.program import CODE_CHARACTERS, MARK, code_of, read_program
 from wificnc.output import Output, check_suffix
 from wificnc.sim.job import read_job, simulated_text, split_lines
 from wificnc.sim.run import SimOptions, simulate
+from wificnc.sim.trace import raw_to_npz
 
 IN_FLIGHT = 1000  # bytes on their way to a receive buffer of 2048
 SLICE_S = 0.002
-BOOT_S = 0.05
 PATIENCE_S = 3600.0  # of the chip's time without an answer
 STEP = struct.Struct("<QBB6x")
+EVENT = STEP  # a record of a raw trace: time in ns; duty is not measured
 ALARM = re.compile(r"ALARM:\d+(?=\r)")
 STILL_S = 1.0  # without a step: at rest
 SETTING = re.compile(r"\$(\d+)=(\d+(?:\.\d+)?)")
@@ -54,13 +55,19 @@ class ChipResult:
     position_steps: tuple[int, ...]  # of the axes, as the controller counts: $3 does not change the sign
     first_difference: int | None  # step event at which the host's simulation does another; None: all are the same
     same_path: bool  # each axis makes the host's steps in the host's order, whenever that is
+    spread_us: float | None = None  # of the events' delays behind the host's; None: other events
 
 
 def run_on_chip(
-    board: Board, options: SimOptions, settings: list[str], progress: Progress | None = None, pace: Pace | None = None
+    board: Board,
+    options: SimOptions,
+    settings: list[str],
+    progress: Progress | None = None,
+    pace: Pace | None = None,
+    image: Path | None = None,
 ) -> ChipResult:
     """Stream the file at 115200 baud, until the machine rests. options.trace is every edge at the pins, options.at what
-    happens to them.
+    happens to them, image what runs: wire().
 
     Raises:
         UserError: a setting or an event is refused, or the trace cannot be written.
@@ -70,31 +77,48 @@ def run_on_chip(
     text = read_job(options.file)
     read_program(options.file.name, text)  # refuses what `wificnc send` refuses
     lines = [_wire(line) for line in split_lines(simulated_text(text)[0])]
-    pace = pace or Pace()
-    with wired_chip(board, board_image(board)) as chip:
-        chip.cpu_speed(pace.cpu)
-        chip.serial_speed(pace.wire)
-        chip.run(BOOT_S)
-        chip.read()
+    with closing(wire(board, image)) as chip:
+        if pace is not None and isinstance(chip, VirtualChip):
+            chip.cpu_speed(pace.cpu)
+            chip.serial_speed(pace.wire)
+        greet(chip)
         steps = _Steps(chip, axes_of_motors(board), board.timing.step_pulse_ns)
         for line in settings:
             (answer,) = _stream(steps, [line], look=lambda: None)
             if answer != "ok":
                 raise UserError(f"the controller refuses {line}: {answer}")
         drive_pins(chip, board, options.at)
-        with _tracing(chip, board, options.trace) as look:
+        with _tracing(steps, board, options.trace) as look:
             answers = _stream(steps, lines, look, progress)
             _rest(chip, len(board.axes), look)
-        steps.take()
+            steps.take()
+    return _compared(options, board, steps, answers)
+
+
+def _compared(options: SimOptions, board: Board, steps: _Steps, answers: list[str]) -> ChipResult:
+    """With the host's simulation of the same job."""
     errors = tuple(f"line {number}: {said}" for number, said in enumerate(answers, 1) if said != "ok")
-    seconds = (steps.cycles[-1] - steps.cycles[0]) / (CPU_HZ * pace.cpu) if steps.cycles else 0.0
-    host = _host_steps(options)
+    cycles, hz = steps.cycles, steps.chip.cpu_hz
+    host, host_ns = _host_steps(options)
     made = as_axes(steps.made, steps.axis)
     way = paths(made, len(board.axes))
-    position = tuple(len(axis) - 2 * sum(axis) for axis in way)
-    same_path = way == paths(host, len(board.axes))
     first = difference(host, made)
-    return ChipResult(len(answers), errors, seconds, len(steps.made), position, first, same_path)
+    return ChipResult(
+        lines=len(answers),
+        errors=errors,
+        seconds=(cycles[-1] - cycles[0]) / hz if cycles else 0.0,
+        events=len(made),
+        position_steps=tuple(len(axis) - 2 * sum(axis) for axis in way),
+        first_difference=first,
+        same_path=way == paths(host, len(board.axes)),
+        spread_us=_spread_us(cycles, hz, host_ns) if first is None and cycles else None,
+    )
+
+
+def _spread_us(cycles: list[int], hz: int, host_ns: list[int]) -> float:
+    """By how much the events' delays behind the host's differ: 0 is the host's motion, later by a constant."""
+    delays = [1e6 * cycle / hz - 1e-3 * ns for cycle, ns in zip(cycles, host_ns, strict=True)]
+    return max(delays) - min(delays)
 
 
 class _Steps:
@@ -104,7 +128,7 @@ class _Steps:
     comes as two, a pulse apart; the next event is at least two pulses away.
     """
 
-    def __init__(self, chip: VirtualChip, axis: tuple[int, ...], pulse_ns: int) -> None:
+    def __init__(self, chip: Wired, axis: tuple[int, ...], pulse_ns: int) -> None:
         self.chip = chip
         self.axis = axis  # of each motor
         self.made: list[tuple[int, int]] = []  # motors, directions
@@ -149,21 +173,36 @@ class _Steps:
 
 
 @contextmanager
-def _tracing(chip: VirtualChip, board: Board, path: Path | None) -> Iterator[Look]:
-    """Write the pins' edges there while time passes."""
+def _tracing(steps: _Steps, board: Board, path: Path | None) -> Iterator[Look]:
+    """Write there while time passes: edges of pins, or as .npz the step events, as `wificnc sim` writes its own."""
     if path is None:
         yield lambda: None
         return
-    check_suffix("--trace", path, SUFFIXES)
+    check_suffix("--trace", path, (*SUFFIXES, ".npz"))
     output = Output("--trace", path)
     try:
-        with output.staged.open("w", encoding="ascii") as file:
-            trace = PinTrace(chip, file, pin_labels(board), path.suffix.lower())
-            yield trace.take
-            trace.take()
+        if path.suffix.lower() == ".npz":
+            yield lambda: None
+            _write_events(steps, output.staged)
+        else:
+            with output.staged.open("w", encoding="ascii") as file:
+                trace = PinTrace(steps.chip, file, pin_labels(board), path.suffix.lower())
+                yield trace.take
+                trace.take()
         output.publish()
     finally:
         output.discard()
+
+
+def _write_events(steps: _Steps, staged: Path) -> None:
+    raw = staged.with_name(f"{staged.name}.raw")
+    zero, hz = steps.cycles[0] if steps.cycles else 0, steps.chip.cpu_hz
+    events = zip(steps.cycles, as_axes(steps.made, steps.axis), strict=True)
+    try:
+        raw.write_bytes(b"".join(EVENT.pack((cycle - zero) * 1_000_000_000 // hz, *made) for cycle, made in events))
+        raw_to_npz(raw, staged)
+    finally:
+        raw.unlink(missing_ok=True)
 
 
 def _wire(line: bytes) -> str:
@@ -212,7 +251,7 @@ def _stand(steps: _Steps, look: Look) -> None:
         look()
 
 
-def _answers(chip: VirtualChip, look: Look) -> Iterator[str]:
+def _answers(chip: Wired, look: Look) -> Iterator[str]:
     """Each ok and error, as they come. A pause of the program (M0) is resumed. Raises JobError."""
     rest, quiet_s = "", 0.0
     while quiet_s < PATIENCE_S:
@@ -231,7 +270,7 @@ def _answers(chip: VirtualChip, look: Look) -> Iterator[str]:
     raise JobError("the image has not answered a line for an hour")
 
 
-def _rest(chip: VirtualChip, axes: int, look: Look) -> None:
+def _rest(chip: Wired, axes: int, look: Look) -> None:
     """Until nothing has moved for a second. Raises JobError."""
     before: list[int] = []
     said = ""
@@ -244,13 +283,13 @@ def _rest(chip: VirtualChip, axes: int, look: Look) -> None:
             raise JobError(f"{alarm[0]} stopped the job")
 
 
-def _host_steps(options: SimOptions) -> list[tuple[int, int]]:
-    """(axes, directions) of each step event of the host's simulation."""
+def _host_steps(options: SimOptions) -> tuple[list[tuple[int, int]], list[int]]:
+    """(axes, directions) of each step event of the host's simulation, and when it is, ns."""
     with tempfile.TemporaryDirectory() as folder:
         trace = Path(folder) / "host.csv"
         simulate(SimOptions(options.file, options.board, options.machine, options.settings, trace=trace))
-        rows = csv.DictReader(trace.read_text(encoding="utf-8").splitlines())
-        return [(int(row["step_mask"]), int(row["dir_mask"])) for row in rows]
+        rows = list(csv.DictReader(trace.read_text(encoding="utf-8").splitlines()))
+        return [(int(row["step_mask"]), int(row["dir_mask"])) for row in rows], [int(row["t_ns"]) for row in rows]
 
 
 def axes_of_motors(board: Board) -> tuple[int, ...]:

@@ -1,4 +1,4 @@
-"""`wificnc serve` of a board with a PIC32MZ: its real image in the virtual chip, at the speed of a clock.
+"""`wificnc serve` of a board's real image in the virtual chip, at the speed of a clock.
 
 The chip has one serial port. Whoever connects, by TCP or at the pseudo-terminal, is at that wire: all clients hear all
 answers, and what they write is mixed byte by byte, as it would be. Time that the computer cannot keep up with is
@@ -18,8 +18,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from wificnc.chip.machine import board_image, load_store, save_store, wired_chip
-from wificnc.chip.virtual import CPU_HZ
+from wificnc.chip.wired import greet, load_settings, save_settings, wire
 from wificnc.errors import ServeError
 from wificnc.serve.options import Address, ServeOptions
 from wificnc.serve.server import ClientEvent, no_pty
@@ -27,7 +26,6 @@ from wificnc.serve.store_file import claim_store
 
 SLICE_S = 0.001  # of the chip's time between two looks at the clients
 BEHIND_S = 0.1  # more than this behind the clock is given up
-BOOT_S = 0.05
 ANSWER_S = 1.0
 READ_SIZE = 4096
 MAX_WAITING = 1 << 20  # bytes for a client that does not read; then it is let go
@@ -74,19 +72,19 @@ class ChipServer:
         self.control: str | None = None
         self.wmc3: str | None = None
         self.device: Path | None = None
-        self._image = board_image(options.board)
         self._selector = selectors.DefaultSelector()
         self._listener: socket.socket | None = None
         self._doors: list[Door] = []
         self._claim: int | None = None
+        self._greeting = ""
         self._loaded = False  # a file that could not be read is not written either
 
     def __enter__(self) -> ChipServer:
-        self._chip = wired_chip(self.options.board, self._image)
+        self._chip = wire(self.options.board, self.options.image)
         try:
             if self.options.store:
                 self._claim = claim_store(self.options.store)
-            load_store(self._chip, self.options.store)
+            load_settings(self._chip, self.options.store)
             self._loaded = True
             self._start()
             for line in self.options.settings:
@@ -102,7 +100,7 @@ class ChipServer:
 
     def _start(self) -> None:
         self._chip.power_on()
-        self._chip.run(BOOT_S)
+        self._greeting = greet(self._chip)
 
     def __exit__(self, *_: object) -> None:
         self.stop()
@@ -110,7 +108,7 @@ class ChipServer:
     def stop(self) -> int:
         """Close all doors and keep what is stored; its exit code."""
         if self._loaded and self.options.store:
-            save_store(self._chip, self.options.store)
+            save_settings(self._chip, self.options.store)
         self._loaded = False
         if self._claim is not None:
             os.close(self._claim)
@@ -130,13 +128,14 @@ class ChipServer:
     def events(self) -> Iterator[ClientEvent]:
         """Serve; what happens to the clients, as it happens. Raises ChipFault."""
         begin, zero = time.monotonic(), self._chip.cycles
+        yield from self._say(self._greeting.encode("latin-1"))
         while True:
             yield from self._look_at_clients()
-            due = zero + int((time.monotonic() - begin) * self.options.speed * CPU_HZ)
-            step = round(SLICE_S * CPU_HZ)
+            due = zero + int((time.monotonic() - begin) * self.options.speed * self._chip.cpu_hz)
+            step = round(SLICE_S * self._chip.cpu_hz)
             if self.options.speed == 0:
                 due = self._chip.cycles + step
-            elif due - self._chip.cycles > BEHIND_S * CPU_HZ:
+            elif due - self._chip.cycles > BEHIND_S * self._chip.cpu_hz:
                 zero += due - self._chip.cycles - step
                 due = self._chip.cycles + step
             if due > self._chip.cycles:

@@ -18,6 +18,7 @@ from wificnc.board.model import Board
 from wificnc.build.esp32 import SIGNATURE
 from wificnc.build.signing import raw_signature
 from wificnc.chip.image import read_hex
+from wificnc.chip.verify import verify_boot as boots
 from wificnc.commands._port import connected, port_option, progress_bars
 from wificnc.commands._target import json_option
 from wificnc.errors import BuildError, FlashError
@@ -50,6 +51,8 @@ BANNER_S = 8.0  # its start, and WiFi's
               help="While writing.")  # fmt: skip
 @click.option("--erase", is_flag=True, help="Erase everything first: settings, WiFi and passwords too.")
 @click.option("--verify/--no-verify", default=True, help="Read the digests back when all is written.")
+@click.option("--verify-boot", is_flag=True,
+              help="Start the firmware in the virtual chip first; if it fails there, write nothing.")  # fmt: skip
 @click.option("--from", "folder", type=click.Path(path_type=Path, file_okay=False, exists=True),
               help="Take the firmware from this folder.")  # fmt: skip
 @click.option("--wait", "wait_s", type=click.FloatRange(0), default=BANNER_S, show_default=True,
@@ -67,6 +70,7 @@ def command(
     baud: int,
     erase: bool,
     verify: bool,
+    verify_boot: bool,
     folder: Path | None,
     wait_s: float,
     dry_run: bool,
@@ -83,6 +87,8 @@ def command(
     if folder is None:
         folder = firmware_folder(board.id)
         ui.note(f"firmware  {folder}")
+    if verify_boot:
+        try_out(board, folder)
     if board.target == "pic32mz":
         if erase or ota_host is not None or port is not None:
             raise FlashError("--erase, --ota and --port are not for a PIC32MZ: its programmer decides")
@@ -98,6 +104,12 @@ def command(
     else:
         for line in done.lines:
             click.echo(line)
+
+
+def try_out(board: Board, folder: Path) -> None:
+    """In the virtual chip. Raises FlashError: it fails there; BuildError: there is none here."""
+    done = boots(board, folder)
+    ui.note(f"boots     in the virtual chip: {done.banner} {done.version}, {done.events} exact step events of a G1")
 
 
 @dataclass(frozen=True)

@@ -16,6 +16,7 @@ from wificnc import __version__, ui
 from wificnc.board.load import load_board
 from wificnc.board.model import Board
 from wificnc.chip.serve import ChipServer
+from wificnc.commands._chip import chip_image, on_chip_option
 from wificnc.errors import ServeError, UserError
 from wificnc.link.access import KEY_MAX, make_key, normal_key
 from wificnc.machine import Machine, load_machine
@@ -87,6 +88,7 @@ NOWHERE = Address("127.0.0.1", 0)  # of the controller, when only the page is to
     help="Speed relative to real time; max runs without a clock.",
 )
 @click.option("--board", default="host", show_default=True, help="Board id or TOML file: axes, timer, pulse timing.")
+@on_chip_option("Run the board's real image, in the virtual chip; a PIC32MZ always does.")
 @click.option("--machine", help="Machine profile, name or TOML file: steps/mm, rates, accelerations, travel.")
 @click.option("--set", "lines", multiple=True, metavar="'$N=VALUE'", help="A setting on top of that; repeatable.")
 @click.option(
@@ -106,22 +108,22 @@ def command(
     control: int | None,
     speed: str,
     board: str,
+    on_chip: str | None,
     machine: str | None,
     lines: tuple[str, ...],
     store: Path | None,
 ) -> None:
     """Run a simulated Grbl controller in real time. Connect any sender by TCP or by a serial port.
 
-    The first client that sends a line is the owner; all others see the answers. `$TAKE` takes control. A board
-    with a PIC32MZ runs its real image, in a virtual chip; there all clients are at one serial port.
+    The first client that sends a line is the owner; all others see the answers. `$TAKE` takes control. With
+    --on-chip (a PIC32MZ: always) the board's real image runs; all clients are at its serial port then.
     """
     the_board, profile = _board_and_machine(board, machine)
     options = ServeOptions(
-        board=the_board,
-        **_doors(tcp, http, http_names, io_module),
+        **_chip(the_board, on_chip),
+        **_doors(tcp, http, http_names, io_module, pendant),
         pty=pty,
         spindle_bus=spindle_bus,
-        pendant=parse_pendant(pendant) if pendant else None,
         wmc3=parse_wmc3(wmc3, parse_speed(speed)) if wmc3 else None,
         io_module=io_module,
         key=key,
@@ -134,12 +136,21 @@ def command(
     _run(_with_key(options, is_open), speed)
 
 
-def _doors(tcp: str, http: str | None, http_names: tuple[str, ...], io_module: bool) -> dict[str, Any]:
-    """Of text and page, as ServeOptions has them. Raises UserError."""
+def _chip(board: Board, on_chip: str | None) -> dict[str, Any]:
+    """What runs, as ServeOptions has it: the host's controller, or the board's image."""
+    virtual = on_chip is not None or board.target == "pic32mz"
+    return {"board": board, "on_chip": virtual, "image": chip_image(on_chip or "")}
+
+
+def _doors(
+    tcp: str, http: str | None, http_names: tuple[str, ...], io_module: bool, pendant: str | None
+) -> dict[str, Any]:
+    """Of text, page and pendant, as ServeOptions has them. Raises UserError."""
     return {
         "tcp": None if io_module else parse_address(tcp) or (NOWHERE if http else None),
         "http": parse_address(http, "--http", DEFAULT_HTTP_PORT) if http else None,
         "http_names": tuple(map(parse_host_name, http_names)),
+        "pendant": parse_pendant(pendant) if pendant else None,
     }
 
 
@@ -188,11 +199,11 @@ def _check_doors(options: ServeOptions) -> None:
         )
     if options.spindle_bus and options.board.spindle_bus is None:
         raise UserError(f"{options.board.id} has no [spindle_bus] in its board file", hint="--board host has one")
-    if options.spindle_bus and options.board.target == "pic32mz":
+    if options.spindle_bus and options.on_chip:
         raise UserError("--spindle-bus is for controllers that run on this computer", hint="--board host")
     if options.spindle_bus and options.speed != 1.0:
         raise UserError("--spindle-bus needs real time", hint="--speed 1")
-    if options.pendant and options.board.target == "pic32mz":
+    if options.pendant and options.on_chip:
         raise UserError("--pendant is for controllers that run on this computer", hint="--board host")
     if options.pendant and options.board.pendant is None:
         raise UserError(f"{options.board.id} has no [pendant] in its board file", hint="--board host has one")
@@ -215,7 +226,7 @@ def _run(options: ServeOptions, speed: str) -> None:
 
 def _server(options: ServeOptions) -> Server | ChipServer:
     """A board with a chip that can be had virtually runs its own image, every other one the host's controller."""
-    return ChipServer(options) if options.board.target == "pic32mz" else Server(options)
+    return ChipServer(options) if options.on_chip else Server(options)
 
 
 def _page(server: Server | ChipServer) -> AbstractContextManager[PageServer | None]:

@@ -11,6 +11,7 @@ from rich.table import Table
 from wificnc import ui
 from wificnc.board.load import load_board
 from wificnc.chip.job import ChipResult, run_on_chip
+from wificnc.commands._chip import chip_image, on_chip_option
 from wificnc.commands._output import OutputFile
 from wificnc.commands._program import max_lines_option, progress_bar
 from wificnc.errors import Exit, UserError
@@ -24,7 +25,7 @@ ERRORS_SHOWN = 20
 
 
 @click.command()
-@click.argument("file", type=click.Path(path_type=Path))
+@click.argument("file", type=click.Path(path_type=Path), required=False)
 @click.option("--board", default="host", show_default=True, help="Board id or TOML file: axes, timer, pulse timing.")
 @click.option("--machine", help="Machine profile, name or TOML file: steps/mm, rates, accelerations, travel.")
 @click.option("--set", "settings", multiple=True, metavar="'$N=VALUE'", help="A setting on top of that; repeatable.")
@@ -36,24 +37,28 @@ ERRORS_SHOWN = 20
 @click.option("--trace", type=OutputFile(stdout=False), help="Write every step event: .csv, .vcd or .npz.")
 @click.option("--at", multiple=True, metavar="'TIME WHAT'", help="Machine event, like '2.5s limit x'; repeatable.")
 @click.option("--keep-going", is_flag=True, help="Continue after an error, and list all errors.")
-@click.option("--on-chip", is_flag=True, help="Run the real image of a PIC32MZ in the virtual chip, and compare.")
+@on_chip_option("Run the real image of the board in the virtual chip, and compare: a PIC32MZ's or an ESP32's.")
 @max_lines_option
 @click.pass_context
 def command(
-    ctx: click.Context, file: Path, board: str, machine: str | None, settings: tuple[str, ...],
+    ctx: click.Context, file: Path | None, board: str, machine: str | None, settings: tuple[str, ...],
     json_path: Path | None, plot: Path | None, laser_w: float | None, trace: Path | None,
-    at: tuple[str, ...], keep_going: bool, max_lines: int, on_chip: bool,
+    at: tuple[str, ...], keep_going: bool, max_lines: int, on_chip: str | None,
 ) -> None:  # fmt: skip
     """Run a G-code FILE through the real core in virtual time.
 
     Measures the motion from the step edges: times, speeds, extent, step counts.
     """
     json_file = None if json_path == STDOUT else json_path
+    if file is None and on_chip:  # sim --on-chip FILE
+        file, on_chip = Path(on_chip), ""
+    if file is None:
+        raise click.MissingParameter(ctx=ctx, param=ctx.command.params[0])
     options = SimOptions(file, board, machine, settings, json_file, plot, laser_w, trace, keep_going, at, max_lines)
-    if on_chip:
+    if on_chip is not None:
         if json_path or plot or laser_w or keep_going:
             raise UserError("--on-chip can be combined with --machine, --set, --at and --trace only")
-        ctx.exit(Exit.OK if _run_on_chip(options) else Exit.JOB)
+        ctx.exit(Exit.OK if _run_on_chip(options, chip_image(on_chip)) else Exit.JOB)
     with progress_bar(file.name) as on_progress:
         result = simulate(options, on_progress)
     if json_path is not None and json_file is None:
@@ -67,14 +72,14 @@ def command(
     ctx.exit(Exit.JOB if result.errors else Exit.OK)
 
 
-def _run_on_chip(options: SimOptions) -> bool:
-    """@return whether no line was refused and every step is the host's"""
+def _run_on_chip(options: SimOptions, image: Path | None) -> bool:
+    """@param image  None: what was built. @return whether no line was refused and every step is the host's"""
     board = load_board(options.board)
     profile = load_machine(options.machine) if options.machine else None
     check_axes(board, profile)
     settings = [*(profile.settings_lines() if profile else ()), *map(parse_setting, options.settings)]
     with progress_bar(options.file.name) as on_progress:
-        result = run_on_chip(board, options, settings, on_progress)
+        result = run_on_chip(board, options, settings, on_progress, image=image)
     ui.data.print(f"[bold]{escape(str(options.file))}[/] in the image of {board.id}")
     ui.data.print(f"lines       {result.lines:,}, {len(result.errors)} refused")
     ui.data.print(f"step events {result.events:,} in {result.seconds:.3f} s")
@@ -91,7 +96,8 @@ def _run_on_chip(options: SimOptions) -> bool:
 def compared(result: ChipResult) -> str:
     """What the chip's steps are compared with the host's."""
     if result.first_difference is None:
-        return "the same steps"
+        when = "" if result.spread_us is None else f", their delays differ by up to {result.spread_us:,.2f} us"
+        return f"the same steps{when}"
     where = ", on the same path" if result.same_path else ""
     return f"another one at event {result.first_difference:,}{where}"
 

@@ -15,10 +15,8 @@ from wificnc.build.signing import VARIABLE, signing_key
 from wificnc.errors import ReleaseError
 from wificnc.flash.device import quiet_esptool
 from wificnc.flash.plan import BOOTLOADER, FIRMWARE, Partition, Region, image_flash_mb, load_regions
+from wificnc.flash.table import MD5_MAGIC, ROW, table_rows
 
-ROW = struct.Struct("<HBBII16sI")
-ROW_MAGIC, MD5_MAGIC = 0x50AA, 0xEBEB
-TYPES = {0: "app", 1: "data"}
 IMPROV_MAGIC = b"IMPROV"  # begins every packet of Improv's serial protocol
 
 
@@ -91,16 +89,12 @@ def _signature(path: Path, firmware: bytes, board: Board) -> bytes:
 
 def read_table(data: bytes) -> list[Partition]:
     """A binary partition table, whose digest must be right. Raises ReleaseError."""
-    rows: list[Partition] = []
-    for at in range(0, len(data) - ROW.size + 1, ROW.size):
-        magic, type_, _, offset, size, name, _ = ROW.unpack_from(data, at)
-        if magic == MD5_MAGIC:
-            if hashlib.md5(data[:at]).digest() != data[at + 16 : at + 32]:
-                raise ReleaseError("the partition table is damaged: its MD5 differs")
-            return rows
-        if magic != ROW_MAGIC:
-            break
-        rows.append(Partition(name.rstrip(b"\0").decode("ascii", "replace"), TYPES.get(type_, "?"), offset, size))
+    rows = list(table_rows(data))
+    end = len(rows) * ROW.size
+    if len(data) >= end + ROW.size and int.from_bytes(data[end : end + 2], "little") == MD5_MAGIC:
+        if hashlib.md5(data[:end]).digest() != data[end + 16 : end + 32]:
+            raise ReleaseError("the partition table is damaged: its MD5 differs")
+        return rows
     raise ReleaseError("the partition table is invalid: its MD5 entry is missing")
 
 

@@ -76,6 +76,8 @@ class ServeOptions:
     hands: tuple[str, ...] = ()  # what is done at the virtual machine first, in the words of targets/pc/hands.h
     pendant: Door | None = None  # of a pendant
     spindle_bus: Path | None = None  # serial port of a spindle's drive; None: the virtual machine has one
+    on_chip: bool = False  # its image runs in the virtual chip
+    image: Path | None = None  # of the chip; None: what was built
     store: Path | None = None  # keeps settings, offsets and startup lines
 
 

@@ -144,11 +144,13 @@ static bool put_value(const struct nvs_store *store, const struct hal_store_valu
            list_core_key(store, value->key);
 }
 
-/* What NVS keeps atomically by itself. */
+/* What NVS keeps atomically by itself: a number. A blob it does not (ESP-IDF 5.5): when the power goes after
+ * new data are written and before their index is, the next start takes the old data for a duplicate, and
+ * loses both. */
 static bool is_one_entry(const struct nvs_store *store, const struct hal_store_value *values, size_t count) {
     struct store_pair pairs[SETTINGS_COUNT];
     if (count != 1 || values->key != STORE_KEY_SETTINGS)
-        return count == 1;
+        return false;
     return changes(store, pairs, store_unpack(values->bytes, values->count, pairs)) <= 1;
 }
 

@@ -1,4 +1,4 @@
-"""The virtual ESP32 seen from Python: espsim.h by ctypes, with types."""
+"""The virtual ESP32 seen from Python: tools/espsim/espsim.h by ctypes, with types."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from functools import cache
 from typing import Any
 
 from wificnc.build.mzsim import ensure_chip_library
-from wificnc.errors import BuildError
+from wificnc.errors import BuildError, UserError
 
 CPU_HZ = 240_000_000
 SHIFT_FIRST = 64  # ES_SHIFT_FIRST
@@ -34,7 +34,7 @@ class Stop(IntEnum):
     DARK = 3
 
 
-class ChipFault(Exception):
+class ChipFault(UserError):
     """The program did what is not emulated, or the file is no program for the chip."""
 
 

@@ -1,0 +1,123 @@
+"""The real image of an ESP32 in the virtual chip, with the methods of grbl_host.Grbl.
+
+Where: WIFICNC_ESP_IMAGE is what `--on-chip` takes, of the board esp32-wroom32. Images are made with ESP-IDF, so
+these tests run where someone has one. As chip_grbl.py, but:
+
+- Axes A, B and C must be at 0 and are left out of what was answered.
+- The wire has 115200 baud.
+- The PWM is not emulated.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from pathlib import Path
+from types import SimpleNamespace
+
+from chip_grbl import NUMBERS, ChipGrbl, NotOnThisBoard
+from wificnc.board.load import load_board
+from wificnc.chip.esp_image import load_image
+from wificnc.chip.esp_machine import EspMachine, gpio
+from wificnc.chip.espsim import Stop
+
+IMAGE = os.environ.get("WIFICNC_ESP_IMAGE", "")
+BOARD = "esp32-wroom32"
+BYTE_S = 10 / 115200
+LOOK_S = 5e-5  # between two looks at where the motors are
+OTHERS = re.compile(rf"((?:[MW]Pos|WCO|\[G\d\d(?:\.\d)?|\[PRB):{NUMBERS}),(-?[\d.]+),(-?[\d.]+),(-?[\d.]+)")
+OTHER_SETTINGS = re.compile(r"\$1[0-3][345]=[\d.]+\r\n")
+
+
+class SwitchedEsp(EspMachine):
+    """With switches at places of the axes."""
+
+    travels: dict[int, tuple[int, int]]
+    touches: tuple[int, int] | None  # the probe's pin, and Z where it touches
+    free_at = 0  # when the wire has carried all that was written
+
+    def write(self, data: bytes) -> None:
+        super().write(data)
+        self.free_at = max(self.free_at, self.cycles) + round(len(data) * BYTE_S * self.cpu_hz)
+
+    @property
+    def unread(self) -> int:
+        return max(0, self.free_at - self.cycles)
+
+    def serial_speed(self, factor: int) -> None:
+        """It has one."""
+
+    def run_until(self, cycle: int) -> Stop:
+        stop, slice_cycles = Stop.TIME, round(LOOK_S * self.cpu_hz)
+        while stop == Stop.TIME and (self.travels or self.touches) and self.cycles < cycle - slice_cycles:
+            stop = super().run_until(self.cycles + slice_cycles)
+            self._look()
+        return super().run_until(cycle)
+
+    def _look(self) -> None:
+        for pin, axis in self.limits.items():
+            if axis in self.travels:
+                low, high = self.travels[axis]
+                self.drive(pin, int(low < self.position(axis) < high))
+        if self.touches:
+            self.drive(self.touches[0], int(self.position(2) > self.touches[1]))
+
+
+class EspGrbl(ChipGrbl):
+    """A controller fresh from its power-on."""
+
+    def __init__(self) -> None:
+        board = load_board(BOARD)
+        self.board = board
+        self._motors = range(len(board.axes))
+        self._pins = board.pin_names()
+        self._active_high = set()
+        self._typed = {"30": 1000.0, **{f"10{axis}": 250.0 for axis in range(3)}}
+        self._waited = 0
+        self._recorded = []
+        self._travel = {}
+        chip = SwitchedEsp.__new__(SwitchedEsp)
+        chip.travels, chip.touches = {}, None
+        chip.limits = {gpio(self._pins[f"limit_{axis}"]): "xyz".index(axis) for axis in "xyz"}
+        chip.__init__(board, load_image(Path(IMAGE), board))
+        self.chip = chip
+
+    def travel(self, axis: int, low: int, high: int) -> None:
+        self.chip.travels[axis] = (low, high)
+
+    def surface(self, steps: int) -> None:
+        self.chip.touches = (self._pin("probe"), steps)
+
+    def toolsetter(self, x: int, y: int, z: int, radius: int = 1250) -> None:
+        raise NotOnThisBoard("toolsetter")
+
+    def place(self, steps) -> None:
+        for axis, position in enumerate(steps[:3]):
+            self.chip._motors.position[axis] = position
+
+    def stands(self) -> list[int]:
+        places = self._raw_stands()
+        assert places[3:] == [0, 0, 0]
+        return places
+
+    def outputs(self) -> SimpleNamespace:
+        raise NotOnThisBoard("the PWM is not emulated")
+
+    def input(self, name: str, active: bool) -> None:
+        pin, level = self._line(name, active)
+        self.chip.drive(pin, level)
+        self.chip.run(0.02)
+
+    def _pin(self, signal: str) -> int:
+        if signal not in self._pins:
+            raise NotOnThisBoard(signal)
+        return gpio(self._pins[signal])
+
+    def _line(self, name: str, active: bool) -> tuple[int, int]:
+        found = re.fullmatch(r"limit(?:-(min|max))?-(\w)", name)
+        return self._pin(f"limit_{found[2]}" if found else name), int(not active)
+
+    def _plain(self, said: str) -> str:
+        for others in OTHERS.finditer(said):
+            assert not any(map(float, others.groups()[1:])), said
+        return OTHER_SETTINGS.sub("", OTHERS.sub(r"\1", said))
