@@ -76,7 +76,7 @@ def _check_board(board: Board) -> None:
     other = next((pin for name, pin in board.pin_names().items() if "step" in name and "GPIO" not in pin), None)
     if other:
         raise UserError(
-            f"{board.id} steps by shift registers ({other}): I2S is not emulated yet",
+            f"{board.id} steps by shift registers ({other}): --on-chip does not read their outputs yet",
             hint="--board esp32-wroom32; or run without --on-chip",
         )
 

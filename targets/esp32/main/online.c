@@ -215,7 +215,10 @@ void firmware_start_network(struct firmware *firmware) {
         firmware_tell(firmware, "Cannot start WiFi or Ethernet");
         return;
     }
-    snprintf(text, sizeof text, "Own network: %s password: %s", network_name(), wifi_own_password());
+    if (wifi_own_password()[0] != '\0')
+        snprintf(text, sizeof text, "Own network: %s password: %s", network_name(), wifi_own_password());
+    else
+        snprintf(text, sizeof text, "Cannot start WiFi: Ethernet only");
     firmware_tell(firmware, text);
     load_access(firmware);
     controller_set(&firmware->controller, &options);
