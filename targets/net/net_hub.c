@@ -117,7 +117,7 @@ void net_hub_end_line(struct net_hub *hub, struct net_client *owner) {
     const char *line = size == 0 ? "" : net_queue_head(&owner->in) + owner->whole;
     const bool takes = is_take(line, size);
     if (takes && owner == hub->owner)
-        net_hub_end_mpg(hub);
+        net_hub_end_mpg(hub, owner);
     if (takes || net_hub_take_interval(hub, owner, line, size) ||
         (owner->called_off && net_line_is_jog(line, size)))
         net_queue_cut(&owner->in, owner->whole);
@@ -171,9 +171,9 @@ static void take_observers(struct net_hub *hub, struct net_client *client, char 
     client->letters = 0;
     client->skips = client->spoiled = false;
     if (takes) {
-        net_hub_end_mpg(hub);
+        net_hub_end_mpg(hub, client);
         if (hub->owner != NULL) /* who holds its jog key down is not in control now */
-            net_hub_put_realtime(hub, hub->owner, JOG_CANCEL);
+            net_hub_put_realtime(hub, client, JOG_CANCEL);
         net_hub_set_owner(hub, client);
         take_owners(hub, client, '\n', true);
     } else if (sound && (net_hub_answer_reports(hub, client, client->typed, size) ||
@@ -407,7 +407,7 @@ static bool feed_owner(struct net_hub *hub, struct net_client *owner) {
 }
 
 bool net_hub_feed(struct net_hub *hub) {
-    if (hub->stops != 0)
+    if (hub->stops || hub->resets)
         net_hub_end_stop(hub);
     const bool pendants = hub->has_pendants && net_hub_feed_pendants(hub);
     if (hub->has_pendants && net_hub_waits_for_pendant(hub))

@@ -169,11 +169,11 @@ struct net_hub {
     uint8_t presses;           /* of the start button, that were seen */
     bool has_spoiled;          /* NET_LINE_SPOILED may be among what waits */
     bool asked, asked_for_due; /* a report was, by a client, and for those that are due */
-    uint8_t stops;             /* the real-time byte of this round that has stopped others; 0: none */
-    const struct net_client *stopped_by; /* ... whose lines behind it are new */
-    uint32_t inside;                     /* lines the controller has got and not answered */
-    uint32_t inside_left;                /* the oldest of these are former owners' */
-    char line[NET_LINE_SIZE];            /* of the controller's output, as far as it was read */
+    bool stops, resets;        /* this round has had a hold or a jog cancel; a reset */
+    const struct net_client *stopped_by, *reset_by; /* ... the newest of whom: lines behind it are new */
+    uint32_t inside;                                /* lines the controller has got and not answered */
+    uint32_t inside_left;                           /* the oldest of these are former owners' */
+    char line[NET_LINE_SIZE];                       /* of the controller's output, as far as it was read */
     size_t line_size;
 };
 

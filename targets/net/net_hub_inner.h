@@ -171,8 +171,8 @@ bool net_hub_waits_for_pendant(const struct net_hub *hub);
 /** Its connection has ended: what it moves stops. */
 void net_hub_lose_pendant(struct net_hub *hub, struct net_client *client);
 
-/** Control by 0x8B is taken from it. */
-void net_hub_end_mpg(struct net_hub *hub);
+/** Control by 0x8B is taken from it. @param by  whose lines behind that are new */
+void net_hub_end_mpg(struct net_hub *hub, struct net_client *by);
 
 /** The controller has forgotten all lines: whose turn it was, and whose answers are due, is over. */
 void net_hub_end_turns(struct net_hub *hub);

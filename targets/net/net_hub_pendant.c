@@ -70,11 +70,11 @@ static void call_off_lines(struct net_client *client) {
     client->whole = to;
 }
 
-void net_hub_end_mpg(struct net_hub *hub) {
+void net_hub_end_mpg(struct net_hub *hub, struct net_client *by) {
     if (!hub->mpg)
         return;
     call_off_lines(hub->hand);
-    net_hub_put_realtime(hub, hub->hand, JOG_CANCEL);
+    net_hub_put_realtime(hub, by, JOG_CANCEL);
     set_mpg(hub, false);
     net_hub_tell(hub, "The pendant has released control (MPG)");
 }
@@ -96,7 +96,7 @@ static void toggle_mpg(struct net_hub *hub, struct net_client *client) {
     const enum machine_reads now = reads(hub);
     const bool others_turn = hub->hand != NULL && hub->hand != client;
     if (hub->mpg && !others_turn) {
-        net_hub_end_mpg(hub);
+        net_hub_end_mpg(hub, client);
         return;
     }
     if (others_turn || others_wait(hub) || now == MACHINE_READS_OPERATORS ||
@@ -379,7 +379,7 @@ void net_hub_lose_pendant(struct net_hub *hub, struct net_client *client) {
         return;
     net_hub_drop_lines(client);
     if (hub->hand == client)
-        net_hub_end_mpg(hub);
+        net_hub_end_mpg(hub, client);
     if (hub->ops->pendant_left != NULL)
         hub->ops->pendant_left(hub->ctx);
     if (hub->hand == client)

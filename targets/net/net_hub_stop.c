@@ -72,36 +72,50 @@ void net_hub_put_realtime(struct net_hub *hub, struct net_client *client, uint8_
         hub->asked |= byte == '?' || byte == FULL_STATUS;
         hub->ops->put(hub->ctx, &character, 1);
     }
-    if (byte == RESET || byte == JOG_CANCEL || byte == '!') {
-        hub->stops = byte == RESET || hub->stops == RESET ? RESET : byte;
-        hub->stopped_by = client;
+    if (byte == RESET) {
+        hub->resets = true;
+        hub->reset_by = client;
     }
-    if (byte == JOG_CANCEL || byte == '!')
+    if (byte == JOG_CANCEL || byte == '!') {
+        hub->stops = true;
+        hub->stopped_by = client;
         call_off_all_jogs(hub, NULL);
+    }
 }
 
-static void read_ahead(struct net_hub *hub, struct net_client *client) {
+/* @return true: nothing more of it has come; false: too many of its lines waited, and now there is room */
+static bool is_heard_out(struct net_hub *hub, struct net_client *client, bool resets) {
+    const size_t before = client->in.count;
+    if (net_hub_wants_read(hub, client))
+        return true;
+    if (resets && client != hub->reset_by)
+        forget_lines(client, false);
+    else
+        net_hub_call_off_jogs(client);
+    return client->in.count == before;
+}
+
+static void read_ahead(struct net_hub *hub, struct net_client *client, bool resets) {
     for (unsigned n = 0; n < READS_AHEAD && may_jog(hub, client); n++)
-        if (!net_hub_read(hub, client))
+        if (!net_hub_read(hub, client) && is_heard_out(hub, client, resets))
             return;
 }
 
 /* What others have sent before a stop and is not read yet is as what waits: how far the hub has read is
- * chance.
- */
+ * chance. A reset in that is its sender's, as any: its lines behind it are new. */
 void net_hub_end_stop(struct net_hub *hub) {
-    const struct net_client *by = hub->stopped_by;
+    const bool stops = hub->stops, resets = hub->resets;
+    const struct net_client *by = resets ? hub->reset_by : hub->stopped_by, *stopped_by = hub->stopped_by;
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
         if (client != by)
-            read_ahead(hub, client);
-    const bool resets = hub->stops == RESET;
-    hub->stops = 0;
-    if (!resets) {
-        call_off_all_jogs(hub, by);
-        return;
+            read_ahead(hub, client, resets);
+    if (hub->resets) {
+        for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
+            if (client != hub->reset_by && may_jog(hub, client))
+                forget_lines(client, false);
+        net_queue_drop(&hub->left, hub->left.count);
     }
-    for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
-        if (client != by && may_jog(hub, client))
-            forget_lines(client, false);
-    net_queue_drop(&hub->left, hub->left.count);
+    if (stops)
+        call_off_all_jogs(hub, stopped_by);
+    hub->stops = hub->resets = false;
 }

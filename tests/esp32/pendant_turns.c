@@ -173,6 +173,83 @@ static void a_reset_of_others_forgets_what_is_not_read_yet(void) {
     CHECK(strcmp(got, "$G\n") == 0);
 }
 
+/* Who takes control stops jogs; its own line behind that is new, in one packet, too. */
+static void a_jog_right_behind_take_runs(void) {
+    begin_with(NET_PENDANT_TERMINAL);
+    put_on_wire(OWNER, "$J=G91X5F100\n");
+    send(WATCHER, "$TAKE\n$J=G91Z1F100\n");
+    machine_says("ok\r\n");
+    machine_says("ok\r\n");
+    CHECK(strstr(got, "$J=G91Z1F100\n") != NULL && strstr(strchr(got, '\x85'), "$J=G91X5") == NULL);
+}
+
+/* The owner ends control by 0x8B, which stops the pendant's jogs, not its own behind that. */
+static void a_jog_right_behind_take_runs_after_mpg(void) {
+    begin_with(NET_PENDANT_TERMINAL);
+    send(PENDANT, "\x8b");
+    CHECK(hub.mpg);
+    send(OWNER, "$TAKE\n$J=G91Z1F100\n");
+    CHECK(!hub.mpg);
+    for (unsigned round = 0; round < 3; round++)
+        machine_says("ok\r\n");
+    CHECK(strstr(got, "$J=G91Z1F100\n") != NULL);
+}
+
+/* A line behind one's own reset is new, whoever holds at that moment: it has no other answer. */
+static void a_hold_of_others_forgets_no_line_behind_a_reset(void) {
+    for (unsigned n = PENDANT; n <= WATCHER; n++) {
+        begin_with(NET_PENDANT_TERMINAL);
+        put_on_wire(OWNER, "\x18$X\n$J=G91X1F100\n");
+        put_on_wire(n, "!");
+        net_hub_read(&hub, &hub.client[OWNER]);
+        net_hub_read(&hub, &hub.client[n]);
+        fresh_lines();
+        for (unsigned round = 0; round < 3; round++)
+            machine_says(round < 1 ? "" : "ok\r\n");
+        CHECK(strcmp(got, "$X\n\n") == 0);
+    }
+}
+
+/* The same where the reset is not read yet when the hold comes. */
+static void a_hold_before_a_reset_forgets_no_line_behind_it(void) {
+    begin_with(NET_PENDANT_TERMINAL);
+    put_on_wire(OWNER, "G1X5\n\x18$X\n");
+    put_on_wire(WATCHER, "!");
+    net_hub_read(&hub, &hub.client[WATCHER]);
+    (void)net_hub_feed(&hub);
+    CHECK(strcmp(got, "!\x18$X\n") == 0);
+}
+
+/* More than the owner's queue can hold is on its way. */
+static void a_stop_calls_off_more_jogs_than_wait(void) {
+    static const char jog[] = "$J=G91X1F100 (a jog of a sender that never waits, of some length)\n";
+    begin_with(NET_PENDANT_TERMINAL);
+    hub.sizes.in = 2 * sizeof jog;
+    for (unsigned i = 0; i < 7; i++, wires[OWNER].in_count += sizeof jog - 1)
+        memcpy(wires[OWNER].in + wires[OWNER].in_count, jog, sizeof jog - 1);
+    put_on_wire(WATCHER, "\x85");
+    net_hub_read(&hub, &hub.client[WATCHER]);
+    fresh_lines();
+    for (unsigned round = 0; round < 60; round++)
+        machine_says(round < 1 ? "" : "ok\r\n");
+    CHECK(got_count > 0 && strchr(got, 'J') == NULL && wires[OWNER].in_count == 0);
+}
+
+/* The same where they are forgotten. */
+static void a_reset_forgets_more_lines_than_wait(void) {
+    static const char line[] = "G1X1F100 (a line of a sender that never waits, of some length or so)\n";
+    begin_with(NET_PENDANT_TERMINAL);
+    hub.sizes.in = 2 * sizeof line;
+    for (unsigned i = 0; i < 7; i++, wires[OWNER].in_count += sizeof line - 1)
+        memcpy(wires[OWNER].in + wires[OWNER].in_count, line, sizeof line - 1);
+    put_on_wire(PENDANT, "\x18");
+    net_hub_read(&hub, &hub.client[PENDANT]);
+    fresh_lines();
+    machine_says("\r\nGrbl 1.1h ['$' for help]\r\n");
+    round_trip();
+    CHECK(got_count == 0 && wires[OWNER].in_count == 0);
+}
+
 /* Half a line is under way when someone else resets: its rest is no line. */
 static void the_rest_of_a_line_after_a_reset_of_others_is_no_line(void) {
     begin_with(NET_PENDANT_TERMINAL);
@@ -377,6 +454,12 @@ int main(void) {
     a_stop_of_a_pendant_calls_off_the_owners_jogs_that_are_not_read_yet();
     a_stop_calls_off_jogs_of_a_former_owner();
     a_reset_of_others_forgets_what_is_not_read_yet();
+    a_jog_right_behind_take_runs();
+    a_jog_right_behind_take_runs_after_mpg();
+    a_hold_of_others_forgets_no_line_behind_a_reset();
+    a_hold_before_a_reset_forgets_no_line_behind_it();
+    a_stop_calls_off_more_jogs_than_wait();
+    a_reset_forgets_more_lines_than_wait();
     the_rest_of_a_line_after_a_reset_of_others_is_no_line();
     the_rest_of_the_owners_line_after_a_reset_of_a_pendant_is_no_line();
     after_its_own_reset_a_line_begins();
