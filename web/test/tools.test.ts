@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import { toolLine, toolProblem, toolsOf } from "../src/link/tools";
+import { rowOf, toolLine, toolProblem, toolsOf } from "../src/link/tools";
 
 const FLAT = { number: 2, length_mm: 12.5, diameter_mm: 6, text: "6 mm flat" };
 
@@ -28,8 +28,19 @@ it.each([
   [{ ...FLAT, diameter_mm: -1 }, "The diameter"],
   [{ ...FLAT, text: "Schaftfräser" }, "A text has letters"],
   [{ ...FLAT, text: "flat (new)" }, "A text has letters"],
+  [{ ...FLAT, text: "flat!" }, "A text has letters"],
+  [{ ...FLAT, text: "which?" }, "A text has letters"],
+  [{ ...FLAT, text: "~6 mm" }, "A text has letters"],
   [{ ...FLAT, text: "x".repeat(24) }, "A text has at most 23"],
 ])("refuses what the controller would not keep: %j", (tool, says) => {
   expect(toolProblem(tool).startsWith(says)).toBe(true);
   expect(toolProblem(tool) === "").toBe(says === "");
+});
+
+it("leaves what is not typed as it is: a tool that loses its length breaks at the next G43", () => {
+  const typed = { number: "2", length: "", diameter: " ", text: "new" };
+  expect(rowOf(typed, [FLAT], false)).toEqual({ ...FLAT, text: "new" });
+  expect(rowOf({ ...typed, length: "0", diameter: "1" }, [FLAT], true)).toEqual({ number: 2, length_mm: 0, diameter_mm: 25.4, text: "new" });
+  expect(rowOf({ ...typed, number: "3" }, [FLAT], false)).toEqual({ number: 3, length_mm: 0, diameter_mm: 0, text: "new" });
+  expect(rowOf({ ...typed, length: "x" }, [FLAT], false).length_mm).toBeNaN();
 });

@@ -1,10 +1,19 @@
 /** The controller's tool table: what `$#` says of it, and the lines that change it. In mm here. Pure. */
 import { t } from "../words";
+import { typedPosition } from "./offsets";
 
 export interface Tool {
   number: number;
   length_mm: number;
   diameter_mm: number;
+  text: string;
+}
+
+/** What was typed into the fields of a row. */
+export interface TypedTool {
+  number: string;
+  length: string;
+  diameter: string;
   text: string;
 }
 
@@ -17,7 +26,7 @@ const Z = 2;
 const ROW = /^\[T:(\d+)\|([-\d.,]+)\|([\d.]+)(?:\|([^\]]*))?\]$/;
 /** What a comment and a report keep as it is. */
 const TEXT = /^[ -~]*$/;
-const MARKS = /[()[\]|]/;
+const MARKS = /[()[\]|!?~]/;
 
 /** Of the answer to `$#`, in the unit of reports. */
 export function toolsOf(said: readonly string[], inInches: boolean): Tool[] {
@@ -29,12 +38,20 @@ export function toolsOf(said: readonly string[], inInches: boolean): Tool[] {
   });
 }
 
+/** Fields that are left blank stay as they are: a G43 with a length that no one has typed would break the tool. */
+export function rowOf(typed: TypedTool, known: readonly Tool[], inInches: boolean): Tool {
+  const number = Number(typed.number || NaN);
+  const before = known.find((tool) => tool.number === number);
+  const mm = (text: string, stays: number): number => (text.trim() === "" ? stays : (typedPosition(text, inInches) ?? NaN));
+  return { number, length_mm: mm(typed.length, before?.length_mm ?? 0), diameter_mm: mm(typed.diameter, before?.diameter_mm ?? 0), text: typed.text.trim() };
+}
+
 /** Why this is no row of the table; "": it is one. */
 export function toolProblem({ number, length_mm, diameter_mm, text }: Tool): string {
   if (!Number.isInteger(number) || number < 1 || number > TOOLS_MOST) return t`The number of a tool is 1 to ${TOOLS_MOST}.`;
   if (!(Math.abs(length_mm) <= LENGTH_MOST_MM)) return t`The length is not a number.`;
   if (!(diameter_mm >= 0 && diameter_mm <= LENGTH_MOST_MM)) return t`The diameter is not a number, or negative.`;
-  if (!TEXT.test(text) || MARKS.test(text)) return t`A text has letters without accents, digits and signs, but no brackets.`;
+  if (!TEXT.test(text) || MARKS.test(text)) return t`A text has letters without accents, digits and signs, but no brackets and none of | ! ? ~`;
   return text.length > TOOL_TEXT_MOST ? t`A text has at most ${TOOL_TEXT_MOST} characters.` : "";
 }
 

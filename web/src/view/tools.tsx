@@ -3,8 +3,7 @@ import { useSignal, type Signal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
 import { attempt, controller, noMotion } from "../app";
-import { typedPosition } from "../link/offsets";
-import { toolLine, toolProblem, toolsOf, TOOLS_MOST, TOOL_TEXT_MOST, type Tool } from "../link/tools";
+import { rowOf, toolLine, toolProblem, toolsOf, TOOLS_MOST, TOOL_TEXT_MOST, type Tool, type TypedTool } from "../link/tools";
 import { t } from "../words";
 import { sayInMm, showsInches } from "../zeroing";
 import { Button, Dialog, Field } from "./parts";
@@ -12,29 +11,17 @@ import { Button, Dialog, Field } from "./parts";
 const AGAIN_MS = 500;
 const MM_PER_INCH = 25.4;
 
-interface Typed {
-  number: string;
-  length: string;
-  diameter: string;
-  text: string;
-}
-
 function shown(mm: number): string {
   return showsInches.value ? (mm / MM_PER_INCH).toFixed(4) : mm.toFixed(3);
 }
 
-function typedOf({ number, length_mm, diameter_mm, text }: Tool): Typed {
+function typedOf({ number, length_mm, diameter_mm, text }: Tool): TypedTool {
   return { number: String(number), length: shown(length_mm), diameter: shown(diameter_mm), text };
-}
-
-function toolOf(typed: Typed): Tool {
-  const mm = (text: string): number => (text.trim() === "" ? 0 : (typedPosition(text, showsInches.value) ?? NaN));
-  return { number: Number(typed.number || NaN), length_mm: mm(typed.length), diameter_mm: mm(typed.diameter), text: typed.text.trim() };
 }
 
 export function ToolsDialog({ onClose }: { onClose: () => void }): JSX.Element {
   const tools = useSignal<readonly Tool[] | null>(null);
-  const typed = useSignal<Typed>({ number: String(controller.awaitedTool.peek() ?? 1), length: "", diameter: "", text: "" });
+  const typed = useSignal<TypedTool>({ number: String(controller.awaitedTool.peek() ?? 1), length: "", diameter: "", text: "" });
   const read = async (): Promise<void> => {
     const said = await controller.query("$#");
     if (said) tools.value = toolsOf(said, showsInches.peek());
@@ -55,7 +42,7 @@ export function ToolsDialog({ onClose }: { onClose: () => void }): JSX.Element {
       <p class="small soft">{t`Stored in the controller. G43 takes the length; diameter and text are for you.`}</p>
       {tools.value?.length === 0 && <p class="soft" data-test="tools-none">{t`No tool is stored.`}</p>}
       {tools.value && tools.value.length > 0 && <ToolRows tools={tools.value} onPick={(tool) => (typed.value = typedOf(tool))} />}
-      <ToolForm typed={typed} known={(number) => tools.value?.some((tool) => tool.number === number) ?? false} onStore={(tool) => void attempt(() => store(tool))} />
+      <ToolForm typed={typed} known={tools.value} onStore={(tool) => void attempt(() => store(tool))} />
     </Dialog>
   );
 }
@@ -90,12 +77,12 @@ function ToolRows({ tools, onPick }: { tools: readonly Tool[]; onPick: (tool: To
   );
 }
 
-function ToolForm(props: { typed: Signal<Typed>; known: (number: number) => boolean; onStore: (tool: Tool) => void }): JSX.Element {
+function ToolForm(props: { typed: Signal<TypedTool>; known: readonly Tool[] | null; onStore: (tool: Tool) => void }): JSX.Element {
   const { typed } = props;
-  const tool = toolOf(typed.value);
+  const tool = rowOf(typed.value, props.known ?? [], showsInches.value);
   const problem = toolProblem(tool);
   const unit = showsInches.value ? t`inch` : "mm";
-  const field = (name: keyof Typed, label: string, most: number, numeric = true): JSX.Element => (
+  const field = (name: keyof TypedTool, label: string, most: number, numeric = true): JSX.Element => (
     <Field label={label}>
       <input class={`input ${numeric ? "mono" : ""}`} maxLength={most} inputMode={numeric ? "decimal" : "text"} value={typed.value[name]} onInput={(event) => (typed.value = { ...typed.value, [name]: event.currentTarget.value })} data-test={`tool-${name}`} />
     </Field>
@@ -110,10 +97,10 @@ function ToolForm(props: { typed: Signal<Typed>; known: (number: number) => bool
       </div>
       {problem && <p class="small" role="status">{problem}</p>}
       <div class="row">
-        <Button kind="primary" why={problem || noMotion.value} onClick={() => props.onStore(tool)} testId="tool-store">
+        <Button kind="primary" why={problem || noMotion.value} disabled={props.known === null} onClick={() => props.onStore(tool)} testId="tool-store">
           {t`Store`}
         </Button>
-        <Button why={noMotion.value} disabled={!props.known(tool.number)} onClick={() => props.onStore({ ...tool, length_mm: 0, diameter_mm: 0, text: "" })} testId="tool-clear">
+        <Button why={noMotion.value} disabled={!props.known?.some((row) => row.number === tool.number)} onClick={() => props.onStore({ ...tool, length_mm: 0, diameter_mm: 0, text: "" })} testId="tool-clear">
           {t`Clear`}
         </Button>
       </div>
