@@ -159,8 +159,11 @@ def test_the_function_is_named(capsys: pytest.CaptureFixture[str], tmp_path: Pat
     (tmp_path / "other.elf").write_bytes(elf)
     options = ("--board", BOARD, "--on-chip", str(tmp_path / "image.bin"))
     assert "start_radio" in refused(capsys, tmp_path, *options)[1]
+    (tmp_path / "a folder.elf").mkdir()
+    (tmp_path / "gone.elf").symlink_to(tmp_path / "nowhere")
     (tmp_path / "other.elf").write_bytes(elf + b"\0")
-    assert "start_radio" not in refused(capsys, tmp_path, *options)[1]
+    said = refused(capsys, tmp_path, *options)[1]
+    assert "start_radio" not in said and "nothing is emulated" in said
 
 
 def test_a_marked_radio_is_answered(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:

@@ -158,7 +158,7 @@ def _names(path: Path, app: bytes) -> tuple[bytes | None, int | None]:
     wifi_init = struct.unpack_from("<I", app, address)[0] if at >= 0 and address + 4 <= len(app) else None
     wanted = app[DESCRIPTION + ELF_HASH_AT :][:HASH]
     folder = path if path.is_dir() else path.parent
-    for candidate in sorted(folder.glob("*.elf")):
+    for candidate in sorted(path for path in folder.glob("*.elf") if path.is_file()):
         elf = candidate.read_bytes()
         if hashlib.sha256(elf).digest() == wanted:
             return elf, wifi_init
