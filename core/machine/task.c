@@ -283,17 +283,18 @@ static unsigned keys_of(const struct gcode_command *command) {
     }
 }
 
-static void save(struct machine *machine, unsigned keys) {
+/* @return false: the line says nothing of a tool but its length */
+static bool save_note(struct machine *machine, unsigned keys) {
     const struct machine_task *task = &machine->task;
+    if (task->command.store != STORE_TOOL) /* and the note is another member of the union */
+        return false;
     const struct tool_note_edit edit = {.tool = task->command.store_tool,
                                         .diameter_mm = task->command.store_tool_diameter_mm,
                                         .text = task->note.is_given ? task->note.text : NULL};
-    if (task->command.store == STORE_TOOL && (edit.diameter_mm >= 0.0f || edit.text != NULL)) {
-        keys |= STORED_BIT(STORED_NOTES + tool_notes_key(edit.tool));
-        stored_save_note(machine, keys, &edit);
-        return;
-    }
-    (void)stored_save(machine, keys);
+    if (edit.diameter_mm < 0.0f && edit.text == NULL)
+        return false;
+    stored_save_note(machine, keys | STORED_BIT(STORED_NOTES + tool_notes_key(edit.tool)), &edit);
+    return true;
 }
 
 /* As in Grbl, a line that is stored waits for rest: what moves still has the offsets of its line. */
@@ -308,7 +309,7 @@ static enum task_stage store(struct machine *machine) {
     if (stores || command->next.wcs != machine->interp.gcode.modal.wcs)
         report_changed_offset(machine);
     if (keys != 0 && machine->life.state != MACHINE_CHECK)
-        save(machine, keys);
+        (void)(save_note(machine, keys) || stored_save(machine, keys));
     return stage_of_move(machine);
 }
 
