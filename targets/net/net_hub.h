@@ -53,7 +53,8 @@
 
 #include <stdint.h>
 
-/** NET_ANSWER_MAX: the controller's longest answer to one line; all settings are half of it. */
+/** NET_ANSWER_MAX: the controller's longest answer to one line, but that to $# with some forty tools or more;
+ * all settings are half of it. */
 enum { NET_NAME_SIZE = 40, NET_MESSAGE_SIZE = 192, NET_LINE_SIZE = 384, NET_ANSWER_MAX = 4096 };
 
 /** How much may wait in the hub, bytes. A controller with little RAM takes small ones. */

@@ -158,10 +158,9 @@ def test_the_same_run_has_the_same_bits(program: Built) -> None:
     assert edges() == edges()
 
 
+@pytest.mark.parametrize("program", [I2S], indirect=True)  # tests/xtensa/test_on_chip.py has those of pins
 def test_pulses_and_pauses_of_shift_registers(program: Built) -> None:
     """High and low at least the setting's pulse, in whole words; a direction is stable before a step."""
-    if program.board != I2S:
-        pytest.skip("tests/xtensa/test_on_chip.py has those of pins")
     running = run(program, "G91G0X20\nG1X-5F9000")
     with running.chip:
         edges = running.chip.edges()
