@@ -7,7 +7,15 @@ it.each([
   ["G0 (what?", "G0"],
   ["(only ~)", ""],
   ["$J=X1F100", "$J=X1F100"],
+  ["G10 L20 P1 X0 (zero)", "G10 L20 P1 X0"],
 ])("takes %j without its comment", (text, line) => expect(typedLine(text)).toBe(line));
+
+it.each(["G10 L1 P2 Z12.5 R3 (6 mm flat)", "g10p2l1z5(flat)"])("keeps the text of a tool in %j", (text) => expect(typedLine(`${text} ; mine`)).toBe(text));
+
+it("refuses a text of a tool that a controller cannot store", () => {
+  expect(() => typedLine("G10L1P2(Fräser)")).toThrow(/letters without accents/);
+  expect(() => typedLine("G10L1P2(what?)")).toThrow(/status report/);
+});
 
 it.each(["G0Ä", "é", "G0\u0085", "G0\tX1", "G1X1!", "X?", "~~", "\u{1f600}", "G0\x18"])("refuses %j", (text) => {
   expect(() => typedLine(text)).toThrow(LineError);

@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { NOWHERE, standsAlike, type Standing } from "../src/job/standing";
+import { NOWHERE, standsAlike, travelFindings, type Standing } from "../src/job/standing";
 
 const standing: Standing = {
   ...NOWHERE,
@@ -23,5 +23,19 @@ describe("a job is checked again", () => {
     expect(standsAlike(standing, { ...standing, settings: new Map([[110, "5000.000"]]) })).toBe(false);
     expect(standsAlike(standing, { ...standing, offsets: new Map([["G55", [0, 0, 0]]]) })).toBe(false);
     expect(standsAlike(standing, { ...standing, modes: "G0 G54 G17 G21 G90" })).toBe(false);
+  });
+});
+
+describe("a job fits the machine", () => {
+  const machine: Standing = { ...standing, settings: new Map([["102", "80"], ["132", "80"]].map(([n, v]) => [Number(n), v!])), homed: "XYZ" };
+  const findings = (low_mm: number, high_mm: number): number => travelFindings(machine, [0, 0, low_mm], [0, 0, high_mm]).length;
+
+  it("when it goes to an end of the travel, which a motor meets to a step", () => {
+    expect(findings(-80 - 1 / 80, 1 / 80)).toBe(0);
+  });
+
+  it("but not when it goes 0.1 mm further", () => {
+    expect(findings(-80.1, 0)).toBe(1);
+    expect(findings(-41, 0.1)).toBe(1);
   });
 });

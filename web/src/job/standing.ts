@@ -24,6 +24,7 @@ export interface Standing {
 export const NOWHERE: Standing = { settings: new Map(), machine_mm: [], offsets: new Map(), origin_mm: [], modes: "", homed: "" };
 
 const SOFT_LIMITS = settingNumber("soft_limits");
+const STEPS = settingNumber("steps_per_mm");
 const TRAVEL = settingNumber("max_travel_mm");
 const SYSTEMS = ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"];
 /** Of `$G`: what a job may leave to the controller, but for motion, tool and what is switched on. */
@@ -88,20 +89,27 @@ export interface TravelFinding {
   text: string;
 }
 
+/** Bounds are counted in steps, and a motor may be a step from its place: no more than that says nothing of the job. */
+function slackOf(standing: Standing, axis: number): number {
+  const steps_per_mm = Number(standing.settings.get(STEPS + axis) ?? 0) || 0;
+  return ROUNDING_MM + (steps_per_mm > 0 ? 1 / steps_per_mm : 0);
+}
+
 /** Bounds in machine coordinates. An axis that was not homed has no known place: there only its way must fit. */
 export function travelFindings(standing: Standing, min_mm: readonly number[], max_mm: readonly number[]): TravelFinding[] {
   const found: TravelFinding[] = [];
   [...AXES].forEach((axis, i) => {
     const travel_mm = Number(standing.settings.get(TRAVEL + i) ?? 0) || 0;
     const [low_mm, high_mm] = [min_mm[i] ?? 0, max_mm[i] ?? 0];
-    if (travel_mm <= 0 || high_mm - low_mm < ROUNDING_MM) return;
+    const slack_mm = slackOf(standing, i);
+    if (travel_mm <= 0 || high_mm - low_mm < slack_mm) return;
     const isHomed = standing.homed.includes(axis);
-    if (isHomed && (low_mm < -travel_mm - ROUNDING_MM || high_mm > ROUNDING_MM))
+    if (isHomed && (low_mm < -travel_mm - slack_mm || high_mm > slack_mm))
       found.push({
         axis,
         text: t`${axis} moves from ${low_mm.toFixed(1)} to ${high_mm.toFixed(1)} mm in machine coordinates; its travel is from ${(-travel_mm).toFixed(1)} to 0.`,
       });
-    else if (!isHomed && high_mm - low_mm > travel_mm + ROUNDING_MM)
+    else if (!isHomed && high_mm - low_mm > travel_mm + 2 * slack_mm)
       found.push({ axis, text: t`${axis} moves over ${(high_mm - low_mm).toFixed(1)} mm; its travel ($${TRAVEL + i}) is ${travel_mm.toFixed(1)} mm.` });
   });
   return found;

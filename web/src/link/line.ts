@@ -21,9 +21,17 @@ export function realtimeOf(text: string): RealtimeName | null {
   return REALTIME[text.trim()]?.name ?? null;
 }
 
-/** The line without its comments. Throws LineError when the rest holds what would act as a command. */
+/** Of the tool table: its comment is the text of the tool. */
+const TOOL_ROW = /^G10(?!\d).*L1(?!\d)/i;
+const AFTER_LINE = /;.*$/;
+
+/** The line without its comments, but for the text of a tool. Throws LineError when the rest holds what would act as a command. */
 export function typedLine(text: string): string {
-  const line = text.replace(COMMENT, "").trim();
+  const bare = text.replace(COMMENT, "").trim();
+  checkLine(bare);
+  if (!TOOL_ROW.test(bare.replace(/\s/g, ""))) return bare;
+  const line = text.replace(AFTER_LINE, "").trim();
+  if (NOT_PRINTABLE.test(line)) throw new LineError(t`A text has letters without accents, digits and signs, but no brackets and none of | ! ? ~`);
   checkLine(line);
   return line;
 }
