@@ -34,6 +34,12 @@ describe("a job fits the machine", () => {
     expect(findings(-80 - 1 / 80, 1 / 80)).toBe(0);
   });
 
+  it("when its corners are rounded outside of the travel, as the junction deviation allows", () => {
+    const settings = new Map([[11, "0.01"], [102, "1600"], [132, "80"]] as const);
+    expect(travelFindings({ ...machine, settings }, [0, 0, -80.01], [0, 0, 0.0075])).toEqual([]);
+    expect(travelFindings({ ...machine, settings }, [0, 0, -80.02], [0, 0, 0])).toHaveLength(1);
+  });
+
   it("but not when it goes 0.1 mm further", () => {
     expect(findings(-80.1, 0)).toBe(1);
     expect(findings(-41, 0.1)).toBe(1);

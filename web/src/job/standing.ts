@@ -24,6 +24,7 @@ export interface Standing {
 export const NOWHERE: Standing = { settings: new Map(), machine_mm: [], offsets: new Map(), origin_mm: [], modes: "", homed: "" };
 
 const SOFT_LIMITS = settingNumber("soft_limits");
+const DEVIATION = settingNumber("junction_deviation_mm");
 const STEPS = settingNumber("steps_per_mm");
 const TRAVEL = settingNumber("max_travel_mm");
 const SYSTEMS = ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"];
@@ -89,10 +90,11 @@ export interface TravelFinding {
   text: string;
 }
 
-/** Bounds are counted in steps, and a motor may be a step from its place: no more than that says nothing of the job. */
+/** Bounds are those of steps: the path may be off by the junction deviation at a corner, outside of it as well, and a motor by a step. */
 function slackOf(standing: Standing, axis: number): number {
-  const steps_per_mm = Number(standing.settings.get(STEPS + axis) ?? 0) || 0;
-  return ROUNDING_MM + (steps_per_mm > 0 ? 1 / steps_per_mm : 0);
+  const number = (setting: number): number => Number(standing.settings.get(setting) ?? 0) || 0;
+  const steps_per_mm = number(STEPS + axis);
+  return ROUNDING_MM + number(DEVIATION) + (steps_per_mm > 0 ? 1 / steps_per_mm : 0);
 }
 
 /** Bounds in machine coordinates. An axis that was not homed has no known place: there only its way must fit. */
