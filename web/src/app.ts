@@ -2,6 +2,7 @@
 import { computed, effect, signal } from "@preact/signals";
 import { JobRunner } from "./job/runner";
 import { PreflightRunner } from "./job/preflight";
+import { askWhoServes } from "./link/served";
 import { Controller } from "./link/controller";
 import { pickPort, SerialTransport } from "./link/serial";
 import { ownAddress, SocketTransport } from "./link/socket";
@@ -229,10 +230,13 @@ export async function logIn(key: string): Promise<void> {
 /** When a controller serves this page, connect to it. */
 export async function start(): Promise<void> {
   takeLinkKey();
-  const answer = await fetch(new URL("./api/controller", document.baseURI)).catch(() => null);
+  const answer = await askWhoServes(
+    () => fetch(new URL("./api/controller", document.baseURI)),
+    (ms) => new Promise((resolve) => setTimeout(resolve, ms)),
+  );
   if (!answer?.ok || !answer.headers.get("content-type")?.includes("json")) return;
   served.value = (await answer.json()) as Served;
-  await attempt(connectSocket);
+  if (!controller.connected.value) await attempt(connectSocket); // a user may have been faster, by USB
 }
 
 function storedTheme(): Theme {
