@@ -101,7 +101,7 @@ def test_settings_of_a_machine_that_was_met_in_a_job(
     """They are not answered while it moves, and asked for when it rests."""
     server, served = serve_page(speed=SLOW)
     sender = senders(server)
-    sender.send("G21G91G1X3F60")
+    sender.send("G21G91G1X3F6")  # ten minutes at this speed: longer than any computer takes to open a page
     sender.until("ok")
     page = watched().page(served.url)
     expect(page.locator("[data-test=state]")).to_have_text("Run")
