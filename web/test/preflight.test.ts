@@ -1,6 +1,6 @@
 /** The page's side of the core in workers: workers of a few lines of test, which answer by hand. */
 import { afterEach, beforeEach, expect, it, vi } from "vitest";
-import { PreflightRunner } from "../src/job/preflight";
+import { PreflightRunner, secondsLeft } from "../src/job/preflight";
 import { readProgram } from "../src/job/program";
 import { NOWHERE } from "../src/job/standing";
 import { findBoard } from "../src/boards";
@@ -117,4 +117,13 @@ it("tells why no resume could be prepared, and prepares the next", async () => {
   const [, next] = await asked(2);
   next!.answers({ kind: "resume", resume: RESUME });
   expect(await again).toBe(RESUME);
+});
+
+it("tells the time that is left by the overrides", () => {
+  const report = { seconds: 100, cutting_seconds: 60, rapid_seconds: 30 }; // and 10 s of dwells
+  expect(secondsLeft(report, 0, 100, 100)).toBe(100);
+  expect(secondsLeft(report, 0, 50, 100)).toBeCloseTo(160);
+  expect(secondsLeft(report, 50, 200, 25)).toBeCloseTo((30 + 120 + 10) / 2);
+  expect(secondsLeft(report, 120, 100, 100)).toBe(0);
+  expect(secondsLeft({ seconds: 0, cutting_seconds: 0, rapid_seconds: 0 }, 0, 100, 100)).toBe(0);
 });

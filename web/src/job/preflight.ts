@@ -141,3 +141,10 @@ export function secondsAtLine(timeline: Timeline, line: number): number {
   const share = at > before ? (line - before) / (at - before) : 1;
   return from + share * (since - from);
 }
+
+/** Of a job of which this much has run, with these overrides in %. Feeds and rapids have the shares of the whole job; dwells no override. */
+export function secondsLeft(report: Pick<Report, "seconds" | "cutting_seconds" | "rapid_seconds">, spent: number, feed: number, rapid: number): number {
+  const { seconds, cutting_seconds: cutting, rapid_seconds: rapids } = report;
+  const now = seconds + cutting * (100 / feed - 1) + rapids * (100 / rapid - 1);
+  return seconds > 0 ? (Math.max(0, seconds - spent) * now) / seconds : 0;
+}

@@ -3,7 +3,7 @@ import { useSignal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
 import { attempt, checkJob, controller, doing, fail, job, preflight, standing } from "../app";
-import { describe, secondsAtLine, type Preflight } from "../job/preflight";
+import { describe, secondsAtLine, secondsLeft, type Preflight } from "../job/preflight";
 import type { Report } from "../job/core";
 import { laserWarning } from "../job/engraving";
 import { readProgram } from "../job/program";
@@ -316,13 +316,14 @@ function RunCard(): JSX.Element {
   );
 }
 
-/** Of the simulated time, by the feed override. */
+/** Of the simulated time, by the overrides. */
 function timeLeft(): string {
   const done = preflight.result.value;
   if (!done) return "–";
   const over = job.state.value === "done";
   const spent = over ? done.report.seconds : job.currentLine.value > 0 ? secondsAtLine(done.timeline, job.currentLine.value) : 0;
-  return duration(Math.max(0, done.report.seconds - spent));
+  const [feed, rapid] = controller.overrides.value;
+  return duration(secondsLeft(done.report, spent, feed, rapid));
 }
 
 /** Continue at a line: after a lost link, a stop, an error; or begin there. */
