@@ -24,8 +24,8 @@ static void call_off_all_jogs(struct net_hub *hub, const struct net_client *but)
     struct net_queue *left = &hub->left;
     if (left->count > 0)
         (void)net_line_empty_jogs(left->bytes + left->begin, left->count, &left->count);
+    /* cppcheck-suppress nullPointerArithmeticRedundantCheck ; `but` may be NULL, `client` never is */
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
-        /* cppcheck-suppress nullPointerArithmeticRedundantCheck ; `but` may be NULL, `client` never is */
         if (client != but && may_jog(hub, client))
             net_hub_call_off_jogs(client);
 }

@@ -82,7 +82,8 @@ def test_step_events_as_the_host_writes_them(build: Path, job: Path, tmp_path: P
     job.write_text("G21G91\nG1X2Y1F1500\n")
     assert sim(job, "--on-chip", build, "--trace", tmp_path / "chip.npz") == Exit.OK
     simulate(SimOptions(job, BOARD, trace=tmp_path / "host.npz"))
-    chip, host = np.load(tmp_path / "chip.npz"), np.load(tmp_path / "host.npz")
+    with np.load(tmp_path / "chip.npz") as chip_file, np.load(tmp_path / "host.npz") as host_file:
+        chip, host = dict(chip_file), dict(host_file)
     assert chip["t_ns"].dtype == host["t_ns"].dtype and len(chip["t_ns"]) == len(host["t_ns"]) >= 500
     np.testing.assert_array_equal(chip["step_mask"], host["step_mask"])
     np.testing.assert_array_equal(chip["dir_mask"] & chip["step_mask"], host["dir_mask"] & host["step_mask"])
