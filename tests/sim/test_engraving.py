@@ -145,7 +145,8 @@ def test_the_energy_is_that_of_the_pins(library, tmp_path: Path, mode: str, extr
     engraving = burn(library, RASTER.replace("M3", mode) + "M5\n", trace=trace, settings=(*LASER, *extra))
     trace.complete()
     trace.clean()
-    edges = np.load(path)
+    with np.load(path) as arrays:
+        edges = dict(arrays)
     pins_s = (edges["duty"][:-1] / FULL * np.diff(edges["t_ns"].astype(np.int64)) * 1e-9).sum()
     assert pieces_of(engraving)["energy_s"].sum() == pytest.approx(pins_s, rel=0.01)
 
