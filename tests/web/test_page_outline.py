@@ -30,3 +30,16 @@ def test_the_outline_is_run_and_a_job_starts_at_a_line(socket_link: Callable[...
     console.page.get_by_role("button", name="Cancel").click()
     console.tab("control")
     console.stands_at(X=0, Y=0, Z=0)
+
+
+def test_a_typed_line_holds_for_one_start(socket_link: Callable[..., Console]) -> None:
+    """Later the field has the line that the page suggests again, and not that of the run before."""
+    console = socket_link(speed=4.0)
+    load(console, "G21G90F600\n" + "".join(f"G1X{n}\n" for n in range(1, 9)))
+    line = console.by("resume-line")
+    line.fill("6")
+    line.blur()
+    console.by("resume-plan").click()
+    console.by("resume-start").click()
+    expect(console.page.get_by_text("The job is finished")).to_be_visible()
+    expect(line).to_have_value("1")

@@ -25,10 +25,12 @@ export class JobRunner {
   readonly executed = signal(0);
   /** The line in the file that is being moved, or was when it was last heard of; 0: none yet. */
   readonly currentLine = signal(0);
-  /** Where a resume would begin: the line being moved, or the first one of those sent while none of them is. */
+  /** Where a resume would begin: the line being moved, or the first one of those sent while none of them is; of a finished job, its first. */
   readonly resumeLine = computed(() => {
-    const first = this.lines.value.find((line) => line.number > 0)?.number ?? 1;
-    return this.state.value === "done" ? first : this.currentLine.value || first;
+    const isDone = this.state.value === "done";
+    const lines = isDone ? (this.program.value?.lines ?? []) : this.lines.value;
+    const first = lines.find((line) => line.number > 0)?.number ?? 1;
+    return isDone ? first : this.currentLine.value || first;
   });
   /** Why it failed or stopped. */
   readonly why = signal("");

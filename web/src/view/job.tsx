@@ -328,14 +328,21 @@ function timeLeft(): string {
 
 /** Continue at a line: after a lost link, a stop, an error; or begin there. */
 function ResumeBar(): JSX.Element | null {
-  const line = useSignal(1);
+  const typed = useSignal<number | null>(null);
   const plan = useSignal<Resume | null>(null);
+  useEffect(() => void (typed.value = null), [job.active.value, job.program.value]); // of the run before, or of another file
   if (job.active.value) return null;
   const ended = ["lost", "stopped", "failed", "left"].includes(job.state.value);
   const suggested = Math.max(1, job.resumeLine.value);
+  const line = typed.value ?? suggested;
+  const type = (input: HTMLInputElement): void => {
+    const number = Number(input.value);
+    typed.value = Number.isInteger(number) && number >= 1 ? number : null;
+    if (typed.value === null) input.value = String(suggested);
+  };
   const make = (): Promise<void> =>
     attempt(async () => {
-      plan.value = (await preflight.plan(job.program.value!.lines, line.value > 1 ? line.value : suggested, facts())) ?? plan.value;
+      plan.value = (await preflight.plan(job.program.value!.lines, line, facts())) ?? plan.value;
     });
   return (
     <>
@@ -349,8 +356,8 @@ function ResumeBar(): JSX.Element | null {
             type="number"
             min={1}
             max={job.program.value!.fileLines}
-            value={line.value > 1 ? line.value : suggested}
-            onChange={(event) => (line.value = Number(event.currentTarget.value))}
+            value={line}
+            onChange={(event) => type(event.currentTarget)}
             data-test="resume-line"
           />
         </Field>
