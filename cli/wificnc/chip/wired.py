@@ -15,7 +15,7 @@ from wificnc.errors import BuildError, JobError, UserError
 from wificnc.flash.find import firmware_folder
 
 PORTS = "ABCDEFG"
-GPIOS = 40  # of the ESP32
+GPIOS = {"esp32": 40, "esp32s3": 49}
 BOOT_S = 0.05
 BANNER_S = 5.0  # of the chip's time
 HEX = "wificnc.hex"
@@ -103,7 +103,7 @@ def greet(chip: Wired) -> str:
 def pin_numbers(board: Board) -> dict[str, int]:
     """Of the chip's pins by their names: RD3, GPIO25."""
     if board.target == "esp32":
-        return {f"GPIO{number}": number for number in range(GPIOS)}
+        return {f"GPIO{number}": number for number in range(GPIOS[board.chip])}
     return {f"R{port}{bit}": pin_number(f"R{port}{bit}") for port in PORTS for bit in range(PORT_WIDTH)}
 
 
