@@ -1,5 +1,4 @@
-"""`--on-chip` and `--verify-boot` of a board with an ESP32-S3: as test_on_chip_cli.py, whose tests are of what both chips
-share."""
+"""`--on-chip` and `--verify-boot` of a board with an ESP32-S3; test_on_chip_cli.py has what both chips share."""
 
 from __future__ import annotations
 
@@ -53,6 +52,19 @@ def test_a_job_makes_the_hosts_steps(build: Path, job: Path, capsys: pytest.Capt
     assert "the same steps" in said and "position    0, 0, 250, 250, 0, 0 steps" in said and "0 refused" in said
 
 
+def test_a_job_with_o_words_is_executed_as_send_does_it(
+    build: Path, job: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A controller refuses O words in a stream; errors have the file's line."""
+    job.write_text("G21G91\nO100 repeat [3]\nG1X1F1500\nO100 endrepeat\n")
+    assert wificnc("sim", job, "--board", BOARD, "--on-chip", build) == Exit.OK
+    said = capsys.readouterr().out
+    assert "the same steps" in said and "position    750, 0, 0, 0, 0, 0 steps" in said
+    job.write_text("G21G91\nO100 repeat [2]\n(a pause)\nG1X1\nO100 endrepeat\n")
+    assert wificnc("sim", job, "--board", BOARD, "--on-chip", build) == Exit.JOB
+    assert "line 4: error:22" in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("form", ["merged", "application"])
 def test_files_of_a_release(
     build: Path, job: Path, form: str, capsys: pytest.CaptureFixture[str], tmp_path: Path
@@ -79,7 +91,9 @@ def test_the_other_chips_board_refuses_it(build: Path, job: Path, capsys: pytest
     assert "this image is for the ESP32-S3, not for the ESP32" in capsys.readouterr().err
 
 
-def test_a_bootloader_alone_is_named(build: Path, job: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+def test_a_bootloader_alone_is_named(
+    build: Path, job: Path, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
     image, code = tmp_path / "bootloader.bin", images.BOOTLOADER_CODE[KIND]
     image.write_bytes(images.image(code, [(code, bytes(300))], chip=images.CHIP_IDS[KIND]))
     assert wificnc("sim", job, "--board", BOARD, "--on-chip", image) == Exit.USAGE
