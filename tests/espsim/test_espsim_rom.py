@@ -380,3 +380,34 @@ def test_a_watchdog_that_there_is_not_is_named(s3: Rom) -> None:
     s3.call("wdt_hal_init", s3.data, DOG_GROUP_0, 40000, 0)
     with pytest.raises(ChipFault, match="to give stage 0 of a watchdog the action 4"):
         s3.call("wdt_hal_config_stage", s3.data, 0, 4, 4)
+
+
+@pytest.mark.parametrize("size", [0, 1, 63, 64, 200])
+def test_sha256_of_the_s3s_boot_rom(s3: Rom, size: int) -> None:
+    """In two pieces, as the bootloader reads an image; its context is SHA_CTX, 216 bytes."""
+    text, context, digest = bytes(range(size)), s3.data, s3.data + 0x200
+    s3.chip.write(s3.data + 0x300, text + b"\0")
+    assert s3.call("ets_sha_init", context, 2) == 0
+    s3.chip.write(context + 216, b"behind it")
+    s3.call("ets_sha_update", context, s3.data + 0x300, size // 3, 0)
+    s3.call("ets_sha_update", context, s3.data + 0x300 + size // 3, size - size // 3, 0)
+    assert s3.call("ets_sha_finish", context, digest) == 0
+    assert s3.chip.read(digest, 32) == hashlib.sha256(text).digest()
+    assert s3.chip.read(context + 216, 9) == b"behind it"
+    with pytest.raises(ChipFault, match="SHA of type 0 is not emulated"):
+        s3.call("ets_sha_init", context, 0)
+
+
+def test_the_s3s_boot_rom_writes_flash(s3: Rom) -> None:
+    """Over the end of a page; erased are 4096 bytes."""
+    s3.chip.create_flash(1 << 20)
+    s3.chip.write_flash(0x3000, bytes(0x3000))
+    assert s3.call("esp_rom_spiflash_erase_sector", 4) == 0
+    data = bytes(n % 250 for n in range(600))
+    s3.chip.write(s3.data + 0x300, data)
+    before = s3.chip.cycles
+    assert s3.call("esp_rom_spiflash_write", 0x40F0, s3.data + 0x300, len(data)) == 0
+    assert s3.chip.cycles - before >= 4 * 240 * 400  # four pages of 400 us
+    flash = s3.chip.flash()
+    assert flash[0x40F0 : 0x40F0 + 600] == data and flash[0x3FFF] == 0 and flash[0x5000] == 0
+    assert flash[0x4000:0x40F0] == b"\xff" * 0xF0 and flash[0x4348:0x5000] == b"\xff" * 0xCB8

@@ -132,11 +132,12 @@ uint32_t rom_set_level(struct esp *esp, uint32_t level) {
 }
 
 void rom_unmap_all(struct esp *esp, uint32_t core) {
+    const uint32_t none = esp->chip == ES_ESP32S3 ? 1u << 14 : 1u << 8;
     for (unsigned entry = 0; entry < MMU_ENTRIES; entry++) {
         if (core == 0)
-            mmu_map(esp, entry, 1u << 8);
+            mmu_map(esp, entry, none);
         else
-            esp->mmu.app_entry[entry] = 1u << 8;
+            esp->mmu.app_entry[entry] = none;
     }
 }
 
