@@ -1,9 +1,9 @@
 """A G-code file -> the lines that go to the controller.
 
-Comments and blanks stay here, but for those that the controller keeps or shows (a tool's text, a tool change): that saves
-a third of the bytes, and a `!`, `?`, `~` or UTF-8 byte in a comment never gets near a controller, which would take it for
-a real-time command. The same bytes in code are an error before the job begins. Line numbers are those of the file, as
-editors and `wificnc sim` count them.
+Comments and blanks stay here, but for those that the controller keeps or shows (a tool's text, a tool change): that
+saves a third of the bytes, and a `!`, `?`, `~` or UTF-8 byte in a comment never gets near a controller, which would
+take it for a real-time command. The same bytes in code are an error before the job begins. Line numbers are those of
+the file, as editors and `wificnc sim` count them.
 """
 
 from __future__ import annotations
@@ -176,9 +176,9 @@ def ready(lines: Iterable[JobLine], numbered: bool = True) -> list[JobLine]:
     """The lines as they are sent: with the comments that the controller keeps or shows.
 
     Args:
-        numbered: with their numbers in the file as N words, too, so that reports say which one is being made (Ln:). N words
-            of the file's own give way. A line that would become too long goes without its number, or without what is only
-            shown; a $ line as it is.
+        numbered: with their numbers in the file as N words, too, so that reports say which one is being made (Ln:). N
+            words of the file's own give way. A line that would become too long goes without its number, or without
+            what is only shown; a $ line as it is.
     """
     return [_ready(line, numbered) for line in lines]
 

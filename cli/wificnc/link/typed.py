@@ -31,8 +31,9 @@ def typed_line(text: str) -> bytes:
 
 
 def kept_comment(text: str, code: str) -> str:
-    """What the controller keeps or shows of a line's comments: a tool's text (G10 L1), and what is said with a tool change
-    (M6): those in brackets, or else that behind a semicolon, in one pair of brackets. A tool's text is as it is written, fit to be sent or not; what is only shown, in ASCII.
+    """What the controller keeps or shows of a line's comments, in one pair of brackets: a tool's text (G10 L1), and the
+    comment of a tool change (M6). It is that in brackets, or else that behind a semicolon. A tool's text is as it is
+    written, fit to be sent or not; what is only shown is in ASCII.
 
     Args:
         code: the line without blanks and comments, upper case.
