@@ -96,7 +96,7 @@ def run_on_chip(
     return _compared(options, board, steps, errors, len(answers))
 
 
-def _lines(file: Path) -> tuple[list[bytes], Sequence[int]]:
+def _lines(file: Path) -> tuple[list[str], Sequence[int]]:
     """What goes over the wire, as `wificnc send` makes it, and which line of the file each is. Raises JobError."""
     text = read_job(file)
     may_jump = read_program(file.name, text).may_jump  # refuses what `wificnc send` refuses
