@@ -11,6 +11,7 @@ import ctypes
 import ipaddress
 import select
 import socket
+import struct
 import sys
 from collections import deque
 from collections.abc import Callable
@@ -38,6 +39,7 @@ CONFIG_VERSION = 1
 NS_PER_MS = 1_000_000
 IN, OUT, URGENT = 1, 2, 4  # SLIRP_POLL_
 ICMP, TCP, UDP, SYN, ACK, DHCP_CLIENT = 1, 6, 17, 0x02, 0x10, 68
+LOOPBACK = 127
 TRIES = 20  # for a free port, which another program may take meanwhile
 
 
@@ -142,6 +144,8 @@ class UserNetwork:
         self._polls: list[tuple[int, int]] = []
         self._found: list[int] = []
         self._answering: set[int] = {DHCP_CLIENT}  # UDP ports of the chip
+        self._senders: dict[int, bytes] = {}  # by their UDP ports: programs at 127.x.y.z
+        self._sender: bytes | None = None  # the last one
         config = _Config(version=CONFIG_VERSION, in_enabled=True)
         config.network, config.mask, config.host = map(_address, (_NETWORK, _MASK, _HOST))
         config.dhcp_start, config.name_server = _address(CHIP_ADDRESS), _address(_NAMES)
@@ -161,6 +165,7 @@ class UserNetwork:
     def send(self, frame: bytes) -> None:
         """A frame of the chip. It answers those who call it; what it begins itself goes nowhere."""
         if self._is_answer(frame):
+            frame = self._to_sender(frame)
             self._library.slirp_input(self._slirp, frame, len(frame))
 
     def _is_answer(self, frame: bytes) -> bool:
@@ -187,9 +192,29 @@ class UserNetwork:
         self._found = [sum(bit for bit, fds in sets if fd in fds and events & bit) for fd, events in self._polls]
         self._library.slirp_pollfds_poll(self._slirp, 0, self._get_events, None)
         self._fire_timers()
-        frames = list(self._frames)
+        frames = [self._from_host(frame) for frame in self._frames]
         self._frames.clear()
         return frames
+
+    def _from_host(self, frame: bytes) -> bytes:
+        """libslirp makes 127.0.0.1 its own address, but of UDP no other address of this computer's own network, which a
+        chip must not take from a cable."""
+        if not _is_udp(frame):
+            return frame
+        port, address = int.from_bytes(frame[34:36], "big"), frame[26:30]
+        self._sender = address if address[0] == LOOPBACK else None
+        if self._sender is None:
+            self._senders.pop(port, None)
+            return frame
+        self._senders[port] = address
+        return with_address(frame, 26, ipaddress.IPv4Address(_HOST).packed)
+
+    def _to_sender(self, frame: bytes) -> bytes:
+        """The way back; what goes to another port than the question came from goes to the last one who asked."""
+        if not _is_udp(frame) or frame[30:34] != ipaddress.IPv4Address(_HOST).packed:
+            return frame
+        address = self._senders.get(int.from_bytes(frame[36:38], "big"), self._sender)
+        return with_address(frame, 30, address) if address else frame
 
     def forward(self, host: str, port: int, chip_port: int, *, udp: bool = False) -> int:
         """A port of this computer leads to one of the chip. @param port  0: any free one. @return the port
@@ -254,6 +279,28 @@ class UserNetwork:
 
     def _on_get_events(self, index: int, _: object) -> int:
         return self._found[index]
+
+
+def _is_udp(frame: bytes) -> bool:
+    """Over IPv4 without options."""
+    return frame[12:15] == b"\x08\x00\x45" and frame[23] == UDP and len(frame) >= 42
+
+
+def with_address(frame: bytes, at: int, address: bytes) -> bytes:
+    """A UDP frame with another address of IPv4 at its place; both sums follow (RFC 1624)."""
+    changed = bytearray(frame)
+    change = sum(struct.unpack("!2H", address)) + sum(0xFFFF - word for word in struct.unpack_from("!2H", frame, at))
+    changed[at : at + 4] = address
+    for place in (24, 40):
+        checksum = int.from_bytes(frame[place : place + 2], "big")
+        if place == 40 and checksum == 0:  # UDP without a sum
+            continue
+        total = (0xFFFF - checksum) + change
+        while total > 0xFFFF:
+            total = (total & 0xFFFF) + (total >> 16)
+        fresh = 0xFFFF - total
+        changed[place : place + 2] = (fresh or 0xFFFF if place == 40 else fresh).to_bytes(2, "big")
+    return bytes(changed)
 
 
 def _ipv4(host: str) -> str:

@@ -13,6 +13,8 @@ from wificnc.chip.machine import board_image, load_store, save_store, wired_chip
 from wificnc.chip.virtual import PORT_WIDTH, VirtualChip, pin_number
 from wificnc.errors import BuildError, JobError, UserError
 from wificnc.flash.find import firmware_folder
+from wificnc.nvs.image import read_image
+from wificnc.nvs.values import NAMESPACE
 
 PORTS = "ABCDEFG"
 GPIOS = 40  # of the ESP32
@@ -128,3 +130,12 @@ def save_settings(chip: Wired, path: Path) -> None:
         save_store(chip, path)
     elif isinstance(chip, EspMachine):
         path.write_bytes(chip.settings())
+
+
+def access_key(chip: Wired) -> str | None:
+    """Of the network clients of its image, as stored; None: none, or it needs none."""
+    if not isinstance(chip, EspMachine):
+        return None
+    image = read_image(chip.settings())
+    key = image.get(NAMESPACE, "access_key")
+    return key if isinstance(key, str) and image.get(NAMESPACE, "access_open") != 1 else None
