@@ -44,6 +44,7 @@ class Cable:
         self._chip, self._network = chip, network
         self._waiting: deque[bytes] = deque()
         self._free_at = 0.0  # cycle from which the cable is free for the next frame
+        self._looked_at = 0  # the cycle of the last look
         self._is_up = True
         self.lost = 0  # frames that the chip did not take
 
@@ -53,13 +54,16 @@ class Cable:
             if self._is_up:
                 self._network.send(frame)
         now = self._chip.cycles
+        if not self._waiting:  # what comes now began after the last look
+            self._free_at = max(self._free_at, self._looked_at)
+        self._looked_at = now
         self._waiting += self._network.receive(now * NS_PER_S // self._chip.cpu_hz)
         self.lost += max(0, len(self._waiting) - WAITING_MAX)
         while len(self._waiting) > WAITING_MAX:
             self._waiting.pop()
-        while self._waiting and self._free_at <= now:
+        while self._waiting and self._free_at + self._cycles(self._waiting[0]) <= now:
             frame = self._waiting.popleft()
-            self._free_at = max(self._free_at, now - self._cycles(frame)) + self._cycles(frame)
+            self._free_at += self._cycles(frame)
             self.lost += not (self._is_up and self._chip.put_frame(frame))
 
     def _cycles(self, frame: bytes) -> float:

@@ -40,6 +40,7 @@ NS_PER_MS = 1_000_000
 IN, OUT, URGENT = 1, 2, 4  # SLIRP_POLL_
 ICMP, TCP, UDP, SYN, ACK, DHCP_CLIENT = 1, 6, 17, 0x02, 0x10, 68
 LOOPBACK = 127
+WHOLE = 42  # bytes of the shortest frame that says something: ARP, and UDP without data
 TRIES = 20  # for a free port, which another program may take meanwhile
 
 
@@ -171,8 +172,8 @@ class UserNetwork:
     def _is_answer(self, frame: bytes) -> bool:
         """ARP; ping; DHCP; of TCP all but a call, of UDP what leaves a forwarded port. libslirp's own way to allow no
         more (restricted) drops the answers of forwarded UDP ports, too."""
-        if frame[12:14] != b"\x08\x00":
-            return frame[12:14] == b"\x08\x06"
+        if len(frame) < WHOLE or frame[12:14] != b"\x08\x00":
+            return len(frame) >= WHOLE and frame[12:14] == b"\x08\x06"
         at = 14 + 4 * (frame[14] & 15)
         protocol, to, ports = frame[23], frame[30:34], frame[at : at + 4]
         if to != b"\xff" * 4 and to[:3] != ipaddress.IPv4Address(_NETWORK).packed[:3]:
@@ -283,7 +284,7 @@ class UserNetwork:
 
 def _is_udp(frame: bytes) -> bool:
     """Over IPv4 without options."""
-    return frame[12:15] == b"\x08\x00\x45" and frame[23] == UDP and len(frame) >= 42
+    return len(frame) >= WHOLE and frame[12:15] == b"\x08\x00\x45" and frame[23] == UDP
 
 
 def with_address(frame: bytes, at: int, address: bytes) -> bytes:
