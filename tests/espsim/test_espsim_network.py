@@ -1,5 +1,5 @@
-"""What a virtual chip's Ethernet is connected to: libslirp, a TAP device, and the cable to it. The chip's end is made by
-hand here, frame by frame: RFC 791, 768, 793, 826, 2131, 1624."""
+"""What a virtual chip's Ethernet is connected to: libslirp, a TAP device, and the cable to it. The chip's end is made
+by hand here, frame by frame: RFC 791, 768, 793, 826, 2131, 1624."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from pathlib import Path
 
 import guests
 import pytest
-from guests import ACK, ALL, ANY, EVERYONE, HOST, OWN, PUSH, SYN, TCP, UDP, Guest
+from guests import ACK, ALL, ANY, EVERYONE, HOST, OWN, PUSH, SYN, TCP, Guest
 from patience import HANG_S
 from wificnc.chip import slirp, tap
 from wificnc.chip.cable import Cable
@@ -74,7 +74,7 @@ def test_dhcp_gives_the_address_that_ports_lead_to(end: End) -> None:
         frame = end.next()
         assert ports_of(frame) == (67, 68) and frame[42 + 16 : 42 + 20] == OWN
         assert frame[42 + 240 :].startswith(bytes((53, 1, answer)))
-    assert slirp.CHIP_ADDRESS == ".".join(map(str, OWN))
+    assert ".".join(map(str, OWN)) == slirp.CHIP_ADDRESS
 
 
 def answered(end: End, client: socket.socket) -> tuple[tuple[int, int], int]:

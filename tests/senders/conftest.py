@@ -1,6 +1,6 @@
 """Real senders: installed by name from their registries into build/senders, and driven without hands; against the
-host's controller, against the PIC32MZ's real image in the virtual chip, and over the Ethernet of an ESP32's, where there is
-one (esp_process.py)."""
+host's controller, against the PIC32MZ's real image in the virtual chip, and over the Ethernet of an ESP32's, where
+there is one (esp_process.py)."""
 
 from __future__ import annotations
 

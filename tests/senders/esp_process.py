@@ -40,6 +40,7 @@ class EspProcess:
             self.doors[name] = where.strip()
             if name == "key":
                 break
+        assert "key" in self.doors, self._log.read_text()
         self.options.key = self.doors["key"].partition(",")[0]
         while COMES not in self._log.read_text():
             assert self._process.poll() is None, self._log.read_text()

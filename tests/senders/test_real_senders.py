@@ -59,7 +59,10 @@ def test_plain_character_counting(server: Server | EspProcess, tmp_path: Path) -
 
 
 def run_job(
-    server: Server | ChipProcess | EspProcess, tmp_path: Path, command: Callable[[str], list[str]], packages: Path | None = None
+    server: Server | ChipProcess | EspProcess,
+    tmp_path: Path,
+    command: Callable[[str], list[str]],
+    packages: Path | None = None,
 ) -> tuple[Any, Any]:
     """What a sender shows of a controller that is locked, if it is; and what it saw of a job to its end, which it runs
     at a serial port, or over the network after one login from its computer."""

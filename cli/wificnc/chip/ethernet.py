@@ -20,7 +20,7 @@ ADDRESS = re.compile(rb"\[MSG:Address (\d+(?:\.\d+){3}) or")  # of firmware_tell
 
 
 def network_kind(options: ServeOptions) -> str:
-    """user, off, or tap:NAME. Raises ServeError where a board has no Ethernet, or an option needs one that is not there."""
+    """user, off, or tap:NAME. Raises ServeError where there is no Ethernet, and an option needs it."""
     asked = options.network
     if options.board.ethernet is None:
         if asked not in (None, OFF):

@@ -2,8 +2,8 @@
 
 The chip has one serial port. Whoever connects, by TCP or at the pseudo-terminal, is at that wire: all clients hear all
 answers, and what they write is mixed byte by byte, as it would be. An image with Ethernet has its own servers behind
-ports of this computer (ethernet.py); then only the pseudo-terminal is at the wire. Time that the computer cannot keep up
-with is skipped, not made up for.
+ports of this computer (ethernet.py); then only the pseudo-terminal is at the wire. Time that the computer cannot keep
+up with is skipped, not made up for.
 """
 
 from __future__ import annotations

@@ -15,8 +15,20 @@ import struct
 import sys
 from collections import deque
 from collections.abc import Callable
-from ctypes import CFUNCTYPE, POINTER, Structure, c_bool, c_char_p, c_int, c_int64, c_size_t, c_ssize_t, c_uint8
-from ctypes import c_uint32, c_void_p
+from ctypes import (
+    CFUNCTYPE,
+    POINTER,
+    Structure,
+    c_bool,
+    c_char_p,
+    c_int,
+    c_int64,
+    c_size_t,
+    c_ssize_t,
+    c_uint8,
+    c_uint32,
+    c_void_p,
+)
 from functools import cache
 from typing import Any
 
@@ -188,7 +200,7 @@ class UserNetwork:
         self._polls.clear()
         self._library.slirp_pollfds_fill(self._slirp, ctypes.byref(c_uint32()), self._add_poll, None)
         wanted = [[fd for fd, events in self._polls if events & each] for each in (IN, OUT, URGENT)]
-        ready = select.select(*wanted, 0) if any(wanted) else ([], [], [])
+        ready = select.select(wanted[0], wanted[1], wanted[2], 0) if self._polls else ([], [], [])
         sets = [(bit, set(fds)) for bit, fds in zip((IN, OUT, URGENT), ready, strict=True)]
         self._found = [sum(bit for bit, fds in sets if fd in fds and events & bit) for fd, events in self._polls]
         self._library.slirp_pollfds_poll(self._slirp, 0, self._get_events, None)
