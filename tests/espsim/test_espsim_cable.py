@@ -139,7 +139,7 @@ def test_arp_and_ping_of_each_size(answering: Answering) -> None:
 
 
 def test_frames_of_a_full_buffer_are_lost_whole(answering: Answering) -> None:
-    """More come at once than 16 KB: some are lost, none is damaged, and later ones are answered again."""
+    """More come than 16 KB hold: some are lost, none is damaged, and later ones are answered again."""
     network = Frames()
     cable = Cable(answering, network)
     datas = [bytes((n,)) * 1400 for n in range(40)]

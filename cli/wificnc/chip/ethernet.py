@@ -30,7 +30,9 @@ def network_kind(options: ServeOptions) -> str:
         kind = asked or (USER if has_slirp() else OFF)
     if kind not in (USER, OFF) and not kind.startswith(TAP):
         raise ServeError(f"--network {kind!r} is not a network", hint="user, tap:NAME or off")
-    if kind != USER and (options.wmc3 or options.http_names):
+    if kind == USER and options.http_names:
+        raise ServeError("--http-name is of pages that this computer serves", hint="wificnc nvs build --http-name")
+    if kind != USER and options.wmc3:
         raise ServeError("--wmc3 needs the image's Ethernet, which is not there", hint=why_off(options.board, kind))
     return kind
 
@@ -40,7 +42,7 @@ def why_off(board: Board, kind: str) -> str:
     if board.ethernet is None:
         return f"board {board.id} has no [ethernet] in its board file: the image has a serial port only"
     if kind != OFF:
-        return "the image has an address of its own in that network: name it to the programs that connect"
+        return "the image has its own address in that network: name it to the programs that connect"
     return "--network user" if has_slirp() else f"libslirp is not installed. {PACKAGE_HINT}"
 
 

@@ -122,8 +122,7 @@ def command(
     """Run a simulated Grbl controller in real time. Connect any sender by TCP or by a serial port.
 
     The first client that sends a line is the owner; all others see the answers. `$TAKE` takes control. With
-    --on-chip (a PIC32MZ: always) the board's real image runs; all clients are at its serial port then, or, if it has
-    Ethernet, at its own servers.
+    --on-chip (a PIC32MZ: always) the board's real image runs; all clients are at its serial port, or at its Ethernet.
     """
     the_board, profile = _board_and_machine(board, machine)
     options = ServeOptions(
@@ -136,9 +135,7 @@ def command(
         key=key,
         control=control,
         speed=parse_speed(speed),
-        settings=(*_of_profile(profile, store), *map(parse_setting, lines)),
-        hands=tuple(end_switches(profile)) if profile else (),
-        store=store,
+        **_stored(profile, store, lines),
     )
     _run(_with_key(options, is_open), speed)
 
@@ -149,6 +146,15 @@ def _chip(board: Board, on_chip: str | None, network: str | None) -> dict[str, A
     if network and not virtual:
         raise UserError("--network is of an image that runs in the virtual chip", hint="add --on-chip")
     return {"board": board, "on_chip": virtual, "image": chip_image(on_chip or ""), "network": network}
+
+
+def _stored(profile: Machine | None, store: Path | None, lines: tuple[str, ...]) -> dict[str, Any]:
+    """Settings, their file and the machine around, as ServeOptions has them. Raises UserError."""
+    return {
+        "settings": (*_of_profile(profile, store), *map(parse_setting, lines)),
+        "hands": tuple(end_switches(profile)) if profile else (),
+        "store": store,
+    }
 
 
 def _doors(
@@ -183,7 +189,7 @@ def _with_key(options: ServeOptions, is_open: bool) -> ServeOptions:
     if options.key and not 1 <= len(normal_key(options.key)) <= KEY_MAX:
         raise UserError(f"--key needs 1 to {KEY_MAX} letters and digits: dashes and spaces do not count")
     if options.on_chip and (is_open or options.key):
-        raise UserError("--key and --open are of controllers that run on this computer: an image has a key of its own")
+        raise UserError("--key and --open are of controllers that run on this computer: an image has its own key")
     if options.on_chip or is_open or options.key or not _is_reachable(options):
         return options
     key = make_key()
