@@ -283,6 +283,8 @@ def _print_doors(server: Server | ChipServer, speed: str, page: str) -> None:
         ui.data.print(f"serial  [bold]{escape(str(options.pty))}[/] -> {server.device}")
     if isinstance(server, ChipServer) and server.key:
         ui.data.print(f"key     [bold]{escape(server.key)}[/], of the image's network clients")
+        if _is_reachable(options):
+            ui.warn("others can foresee this key: the virtual chip's random numbers are the same in each run")
     elif _is_reachable(options) and not options.key:
         ui.warn("every computer on this network can control this controller")
 
