@@ -92,6 +92,11 @@ def test_drivers_are_shown_changed_and_verified(built_page: Path, watched: Calla
         expect(page.get_by_text("Its outputs are off. Switch off, check motor and cable.")).to_be_visible()
         page.locator("[data-test=drivers]").scroll_into_view_if_needed()
         looked_at(page, "drivers-fault", look)
+        # an alarm that only a reset ends: what happens to the driver meanwhile is shown
+        expect(page.locator("[data-test=state]")).to_have_text("Alarm")
+        expect(page.get_by_role("button", name="Reset", exact=True).first).to_be_visible()
+        hands(server, "driver x shut-down")
+        expect(row.locator(".chip")).to_have_text("too hot, shut down")
 
 
 @pytest.mark.slow

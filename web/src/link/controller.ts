@@ -252,7 +252,7 @@ export class Controller {
   /** Ask for what only one card shows, and leave it out of the terminal. null: refused, or lines of others are under way. */
   async query(question: "$DRIVERS" | "$SPINDLES" | "$#"): Promise<readonly string[] | null> {
     const isOpen = this.operates.peek() && question === "$#";
-    if (!this.commands.peek() || this.needsReset.peek() || !this.queue.idle || !(isOpen || this.mayAsk())) return null;
+    if (!this.commands.peek() || !this.queue.idle || !(isOpen || this.mayAsk())) return null;
     if (HELD.has(this.state.peek()) && !isOpen) return null; // lines wait until it is over
     if (question === "$SPINDLES" && !ANSWERS_IN.has(this.state.peek())) return null;
     const answer = await this.ask(question, true);
