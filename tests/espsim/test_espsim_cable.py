@@ -19,7 +19,7 @@ from guests import ALL, ARP, HOST, ICMP, IPV4, OWN
 from patience import HANG_S
 from wificnc.chip.cable import Cable, Network
 from wificnc.chip.espsim import CPU_HZ, Chip, Cpu, VirtualChip
-from wificnc.chip.slirp import UserNetwork
+from wificnc.chip.slirp import UserNetwork, has_slirp
 from xtensa import windows
 from xtensa.toolchain import NoToolchainError, find_toolchain
 
@@ -162,6 +162,8 @@ class Online:
     """The chip in libslirp's network, and one of this computer's sockets."""
 
     def __init__(self, answering: Answering) -> None:
+        if not has_slirp():
+            pytest.skip("no libslirp: apt-get install libslirp0")
         self.answering, self.network = answering, UserNetwork()
         checked: Network = self.network
         self.cable = Cable(answering, checked)

@@ -30,6 +30,8 @@ class End:
     """The network with its guest, in steps of a millisecond of the guest's time."""
 
     def __init__(self) -> None:
+        if not slirp.has_slirp():
+            pytest.skip("no libslirp: apt-get install libslirp0")
         self.network = UserNetwork()
         self.guest = Guest(self.network.send)
         self.now_ns = 0

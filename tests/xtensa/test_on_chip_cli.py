@@ -20,6 +20,7 @@ from wificnc.app import main
 from wificnc.board.load import load_board
 from wificnc.chip.esp_image import load_image
 from wificnc.chip.esp_machine import EspMachine
+from wificnc.chip.slirp import has_slirp
 from wificnc.chip.wired import greet
 from wificnc.errors import Exit
 from wificnc.sim.run import SimOptions, simulate
@@ -317,6 +318,8 @@ def test_the_control_port_has_hands_at_the_pins(build: Path) -> None:
 def test_a_board_with_ethernet_is_reached_there(shifted: Path, ethernet: Path) -> None:
     """A call of this computer is one of the image's network, which this image does not answer; its wire is the
     pseudo-terminal's alone. Of shift registers no output can be driven."""
+    if not has_slirp():
+        pytest.skip("no libslirp: apt-get install libslirp0")
     application = shifted / "firmware.bin"
     with serving("--on-chip", application, "--network", "user", "--wmc3", "127.0.0.82", board=ethernet) as doors:
         assert doors["wmc3"] == "127.0.0.82"
