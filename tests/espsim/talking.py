@@ -10,7 +10,8 @@ from pathlib import Path
 import images
 from espsim import bare
 from espsim import code as c
-from espsim.program import BARE, BOARDS, LEVEL5_VECTOR, REAL, ROOT, USER_VECTOR, timer_handler
+from espsim.program import BARE, BOARDS, LEVEL5_VECTOR, REAL, ROOT, SHIFTED, USER_VECTOR, timer_handler
+from wificnc.board.model import Board
 from wificnc.chip.espsim import Chip
 from wificnc.chip.image import elf_symbols
 from xtensa.toolchain import Toolchain
@@ -24,12 +25,13 @@ CALLX8_A8 = c.wide(0, 14, 8)
 PT_LOAD = 1
 
 
-def build(tools: Toolchain, kind: Chip = Chip.ESP32) -> Path:
-    """The ELF file."""
-    sources = [*sorted((ROOT / "core").rglob("*.c")), *(ROOT / name for name in REAL)]
+def build(tools: Toolchain, board: Board | None = None, kind: Chip = Chip.ESP32) -> Path:
+    """The ELF file. @param board  None: that of BOARDS"""
+    real = (*REAL, *SHIFTED) if board is not None and board.step.engine == "i2s" else REAL
+    sources = [*sorted((ROOT / "core").rglob("*.c")), *(ROOT / name for name in real)]
     own = [*(path for path in sorted(BARE.glob("*.c")) if path.name != "main.c"), TALK / "main.c"]
-    output = ROOT / "build" / "espsim" / ("talk" if kind == Chip.ESP32 else f"talk-{bare.PLACES[kind].name}")
-    return bare.build(tools, ROOT, kind, sources, own, output)
+    output = ROOT / "build" / "espsim" / (f"talk-{BOARDS[kind]}" if board is None else f"talk-{board.id}")
+    return bare.build(tools, ROOT, kind, sources, own, output, board)
 
 
 def application(elf: bytes, project: bytes = b"wificnc", kind: Chip = Chip.ESP32) -> bytes:
@@ -75,8 +77,8 @@ def segments(elf: bytes) -> list[tuple[int, bytes]]:
     return sorted((address, elf[at : at + n]) for kind, at, address, _, n in rows if kind == PT_LOAD and n)
 
 
-def make_folder(folder: Path, elf: bytes, app: bytes, kind: Chip = Chip.ESP32) -> Path:
-    """As `wificnc build` leaves it for the chip's board."""
+def make_folder(folder: Path, elf: bytes, app: bytes, board: str | None = None, kind: Chip = Chip.ESP32) -> Path:
+    """As `wificnc build` leaves it. @param board  None: that of BOARDS"""
     merged = images.merged(kind, app)
     code = images.BOOTLOADER_CODE[kind]
     files = {
@@ -91,5 +93,5 @@ def make_folder(folder: Path, elf: bytes, app: bytes, kind: Chip = Chip.ESP32) -
     rows = [
         {"name": name, "size": len(data), "sha256": hashlib.sha256(data).hexdigest()} for name, data in files.items()
     ]
-    (folder / "build.json").write_text(json.dumps({"board": BOARDS[kind], "artefacts": rows}))
+    (folder / "build.json").write_text(json.dumps({"board": board or BOARDS[kind], "artefacts": rows}))
     return folder

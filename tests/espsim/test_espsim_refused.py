@@ -177,8 +177,6 @@ def test_a_marked_radio_is_answered(capsys: pytest.CaptureFixture[str], tmp_path
     ("board", "says", "code"),
     [
         ("esp32s3-devkitc", "this image is for the ESP32, not for the ESP32-S3", Exit.USAGE),
-        ("esp32s3-devkitc-shift", "steps by shift registers (I2SO.", Exit.USAGE),
-        ("mks-tinybee", "steps by shift registers (I2SO.", Exit.USAGE),
         ("host", "board host has no image", Exit.BUILD),
     ],
 )

@@ -27,9 +27,9 @@ def build(tools: Toolchain, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder as `wificnc build` leaves it."""
     if said := windows.missing(tools):
         pytest.skip(said)
-    elf = talking.build(tools, KIND).read_bytes()
+    elf = talking.build(tools, kind=KIND).read_bytes()
     folder = tmp_path_factory.mktemp("build") / BOARD
-    return talking.make_folder(folder, elf, talking.application(elf, kind=KIND), KIND)
+    return talking.make_folder(folder, elf, talking.application(elf, kind=KIND), kind=KIND)
 
 
 @pytest.fixture
