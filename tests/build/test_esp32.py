@@ -239,3 +239,14 @@ def test_without_platformio_its_package_is_named(monkeypatch: pytest.MonkeyPatch
 def test_the_slot_is_the_smaller_one() -> None:
     assert slot_bytes("# name\na, app, ota_0, 0x10000, 0x20\nb, app, ota_1, 0x20000, 0x10\nc, data, nvs, 0, 1\n") == 16
     assert slot_bytes((ROOT / "targets/esp32/partitions.csv").read_text()) == 0x1E0000
+
+
+@pytest.mark.parametrize("chip", ["esp32", "esp32s3"])
+def test_wifis_reception_lies_in_flash(chip: str) -> None:
+    """13 KB of the memory for instructions, on the ESP32-S3 of that for data, too: with them each of its boards was
+    over the budget of `wificnc build`."""
+    folder = ROOT / "targets" / "esp32"
+    lines = [
+        line for name in ("defaults", f"defaults.{chip}") for line in (folder / f"sdkconfig.{name}").read_text().split()
+    ]
+    assert [line for line in lines if "WIFI_RX_IRAM_OPT" in line] == ["CONFIG_ESP_WIFI_RX_IRAM_OPT=n"]

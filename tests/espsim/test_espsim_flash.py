@@ -80,6 +80,12 @@ def test_the_chip_says_what_it_is(flash: Flash) -> None:
     assert flash.command(RDID, read=3) == b"\xef\x40\x16"
 
 
+def test_there_is_nothing_to_resume(flash: Flash) -> None:
+    """The bootloader resumes what it does not know of, before it reads."""
+    flash.command(0x7A)
+    assert flash.status() == 0
+
+
 def test_a_merged_image_starts(flash: Flash) -> None:
     kind = flash.kind
     flash.chip.boot()

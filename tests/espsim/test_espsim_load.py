@@ -7,7 +7,7 @@ from typing import Any
 import images
 import pytest
 from make_vectors import elf
-from wificnc.chip.espsim import ChipFault, VirtualChip
+from wificnc.chip.espsim import Chip, ChipFault, VirtualChip
 
 ENTRY, DATA = 0x40080400, 0x3FFB0000
 CODE = bytes(range(32))
@@ -103,3 +103,14 @@ def test_any_damage_is_found(esp32: VirtualChip) -> None:
     for at in range(len(good)):
         with pytest.raises(ChipFault):
             esp32.load(flipped(good, at))
+
+
+def test_a_segment_over_both_parts_of_the_s3s_iram() -> None:
+    """The first 32 KB may be a cache, so they are a memory of their own; a linker fills both as one."""
+    at, code = 0x40377FF0, bytes(range(64))
+    with VirtualChip(Chip.ESP32S3) as chip:
+        chip.load(images.image(at, [(at, code)], chip=9))
+        assert chip.read(at, len(code)) == code
+        assert chip.read(0x3FC88000, 48) == code[16:]
+        with pytest.raises(ChipFault, match="no memory for 64 bytes at 403dffe0"):
+            chip.load(images.image(at, [(0x403DFFE0, code)], chip=9))

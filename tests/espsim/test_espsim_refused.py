@@ -176,11 +176,11 @@ def test_a_marked_radio_is_answered(capsys: pytest.CaptureFixture[str], tmp_path
 @pytest.mark.parametrize(
     ("board", "says", "code"),
     [
-        ("esp32s3-devkitc", "the virtual ESP32-S3 cannot run a firmware yet", Exit.USAGE),
+        ("esp32s3-devkitc", "this image is for the ESP32, not for the ESP32-S3", Exit.USAGE),
         ("host", "board host has no image", Exit.BUILD),
     ],
 )
-def test_boards_that_have_no_virtual_chip(
+def test_boards_that_cannot_run_an_image(
     board: str, says: str, code: Exit, capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
     (tmp_path / "image.bin").write_bytes(app(quiet()))

@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import hashlib
+import struct
 import zlib
+from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
 from espsim import bare
 from espsim import code as c
 from espsim.romcode import make
-from registers import PLACES
+from registers import PLACES, Registers
 from wificnc.chip.espsim import Chip, ChipFault, Cpu, VirtualChip
 from xtensa import windows
 from xtensa.toolchain import NoToolchainError, find_toolchain
 
-DATA = {Chip.ESP32: 0x3FFB0000, Chip.ESP32S3: 0x3FC90000}
+DATA = {Chip.ESP32: 0x3FFB0000, Chip.ESP32S3: 0x3FCA0000}
 WORDS = 2**32
 
 
@@ -291,3 +294,120 @@ def test_the_roms_code_is_what_its_source_makes(tmp_path: Path) -> None:
     assert made == (Path(make.__file__).parent / "code.h").read_text(encoding="utf-8"), (
         "run python -m espsim.romcode.make"
     )
+
+
+# ---- of the S3 ----
+
+CALLS_S3, MALLOC_R = 0x3FCEFFD4, 1
+DOG_RTC, DOG_GROUP_0, DOG_GROUP_1 = 0, 1, 2  # wdt_inst_t
+GROUPS, RTC_DOG, DOG_AT = {DOG_GROUP_0: 0x6001F000, DOG_GROUP_1: 0x60020000}, 0x60008098, 0x48
+INTERRUPT, RESET_CPU, RESET_SYSTEM, MS = 1, 2, 3, 240_000
+
+
+@pytest.fixture
+def s3() -> Iterator[Rom]:
+    with VirtualChip(Chip.ESP32S3) as chip:
+        yield Rom(chip, Chip.ESP32S3)
+
+
+def test_strdup_of_the_s3_takes_memory_from_the_program(s3: Rom) -> None:
+    """By its own table, at another place than the ESP32's."""
+    room, at = s3.data + 0x900, PLACES[Chip.ESP32S3].code + 0x100
+    malloc = c.l32r(2, at + 32 + 3, at - 8) + c.s32i(3, 2, 64)  # behind the text: the size that was wanted
+    s3.chip.write(at - 8, room.to_bytes(4, "little"))
+    for n, (place, body) in enumerate({GETREENT: c.movi(2, 7), MALLOC_R: malloc}.items()):
+        s3.chip.write(at + 32 * n, c.entry(1, 32) + body + c.RETW)
+        s3.chip.write(s3.data + 4 * place, (at + 32 * n).to_bytes(4, "little"))
+    s3.chip.write(CALLS_S3, s3.data.to_bytes(4, "little"))
+    assert s3.call("strdup", b"a name") == room
+    assert s3.text(room) == b"a name" and s3.chip.read(room + 64, 4) == (7).to_bytes(4, "little")
+
+
+def test_divisions_of_floats(s3: Rom) -> None:
+    for a, b in ((1.0, 3.0), (-7.5, 0.25), (1e38, 1e-3)):
+        words = [struct.unpack("<I", struct.pack("<f", x))[0] for x in (a, b)]
+        with np.errstate(over="ignore"):
+            wanted = np.float32(a) / np.float32(b)
+        assert struct.pack("<I", s3.call("__divsf3", *words)) == struct.pack("<f", wanted)
+
+
+def registers_of(rom: Rom) -> Registers:
+    return Registers(rom.chip, Chip.ESP32S3)
+
+
+@pytest.mark.parametrize("which", [DOG_GROUP_0, DOG_GROUP_1])
+def test_a_watchdog_of_a_timer_group(s3: Rom, which: int) -> None:
+    """wdt_hal.h: off after its init, locked for stores; a stage has its ticks and what it does; fed when enabled."""
+    regs, hal, group = registers_of(s3), s3.data, GROUPS[which]
+    s3.call("wdt_hal_init", hal, which, 40000, 1)
+    assert s3.chip.read(hal, 8) == which.to_bytes(4, "little") + group.to_bytes(4, "little")
+    assert s3.call("wdt_hal_is_enabled", hal) == 0 and regs.load(group + 0x70) & 4
+    regs.store(group + DOG_AT + 8, 1)
+    s3.call("wdt_hal_write_protect_disable", hal)
+    s3.call("wdt_hal_config_stage", hal, 0, 4, INTERRUPT)
+    s3.call("wdt_hal_enable", hal)
+    s3.call("wdt_hal_write_protect_enable", hal)
+    assert s3.call("wdt_hal_is_enabled", hal) == 1
+    regs.wait(MS)
+    assert not regs.load(group + 0x74) & 4
+    regs.wait(2 * MS)  # 4 ticks of 40000 / 80 MHz
+    assert regs.load(group + 0x74) & 4
+    s3.call("wdt_hal_write_protect_disable", hal)
+    s3.call("wdt_hal_handle_intr", hal)
+    assert not regs.load(group + 0x74) & 4
+    s3.call("wdt_hal_disable", hal)
+    regs.wait(10 * MS)
+    assert not regs.load(group + 0x74) & 4 and s3.call("wdt_hal_is_enabled", hal) == 0
+
+
+def test_the_rtcs_watchdog(s3: Rom) -> None:
+    """Its first stage is doubled by the chip, which the function halves: ticks are those of 150 kHz."""
+    hal = s3.data
+    s3.call("wdt_hal_init", hal, DOG_RTC, 0, 0)
+    s3.call("wdt_hal_write_protect_disable", hal)
+    s3.call("wdt_hal_config_stage", hal, 0, 300, RESET_SYSTEM)
+    s3.call("wdt_hal_enable", hal)
+    s3.call("wdt_hal_feed", hal)
+    registers_of(s3).wait(2 * MS - 28_000)  # a call has taken 20,000
+    with pytest.raises(ChipFault, match=r"the chip is reset \(RTC watchdog\)"):
+        registers_of(s3).wait(16_000)
+
+
+def test_a_watchdog_that_there_is_not_is_named(s3: Rom) -> None:
+    with pytest.raises(ChipFault, match="the watchdog 3, which there is not"):
+        s3.call("wdt_hal_init", s3.data, 3, 0, 0)
+    s3 = Rom(VirtualChip(Chip.ESP32S3), Chip.ESP32S3)
+    s3.call("wdt_hal_init", s3.data, DOG_GROUP_0, 40000, 0)
+    with pytest.raises(ChipFault, match="to give stage 0 of a watchdog the action 4"):
+        s3.call("wdt_hal_config_stage", s3.data, 0, 4, 4)
+
+
+@pytest.mark.parametrize("size", [0, 1, 63, 64, 200])
+def test_sha256_of_the_s3s_boot_rom(s3: Rom, size: int) -> None:
+    """In two pieces, as the bootloader reads an image; its context is SHA_CTX, 216 bytes."""
+    text, context, digest = bytes(range(size)), s3.data, s3.data + 0x200
+    s3.chip.write(s3.data + 0x300, text + b"\0")
+    assert s3.call("ets_sha_init", context, 2) == 0
+    s3.chip.write(context + 216, b"behind it")
+    s3.call("ets_sha_update", context, s3.data + 0x300, size // 3, 0)
+    s3.call("ets_sha_update", context, s3.data + 0x300 + size // 3, size - size // 3, 0)
+    assert s3.call("ets_sha_finish", context, digest) == 0
+    assert s3.chip.read(digest, 32) == hashlib.sha256(text).digest()
+    assert s3.chip.read(context + 216, 9) == b"behind it"
+    with pytest.raises(ChipFault, match="SHA of type 0 is not emulated"):
+        s3.call("ets_sha_init", context, 0)
+
+
+def test_the_s3s_boot_rom_writes_flash(s3: Rom) -> None:
+    """Over the end of a page; erased are 4096 bytes."""
+    s3.chip.create_flash(1 << 20)
+    s3.chip.write_flash(0x3000, bytes(0x3000))
+    assert s3.call("esp_rom_spiflash_erase_sector", 4) == 0
+    data = bytes(n % 250 for n in range(600))
+    s3.chip.write(s3.data + 0x300, data)
+    before = s3.chip.cycles
+    assert s3.call("esp_rom_spiflash_write", 0x40F0, s3.data + 0x300, len(data)) == 0
+    assert s3.chip.cycles - before >= 4 * 240 * 400  # four pages of 400 us
+    flash = s3.chip.flash()
+    assert flash[0x40F0 : 0x40F0 + 600] == data and flash[0x3FFF] == 0 and flash[0x5000] == 0
+    assert flash[0x4000:0x40F0] == b"\xff" * 0xF0 and flash[0x4348:0x5000] == b"\xff" * 0xCB8

@@ -1,139 +1,157 @@
-"""SPI2 and SPI3 of the virtual ESP32 as masters, and a W5500 behind them. Technical reference manual, chapter SPI; data
-sheet W5500."""
+"""SPI2 and SPI3 of both chips as masters, and a W5500 behind them. Technical reference manuals, chapters SPI, SPI
+Controller, GDMA Controller; data sheet W5500."""
 
 from __future__ import annotations
 
 import random
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import pytest
 from registers import Registers
+from spi_bus import CYCLES_OF_BIT, HAS_OUT, Bus, S3Bus
 from wificnc.chip.espsim import Chip, ChipFault, VirtualChip
 
-BASE = {2: 0x3FF64000, 3: 0x3FF65000}
-SELECT0 = {2: 11, 3: 68}
-CMD, ADDRESS, CLOCK, USER, USER1, USER2, OUT_BITS, IN_BITS = 0x00, 0x04, 0x18, 0x1C, 0x20, 0x24, 0x28, 0x2C
-SLAVE, BUFFER, DMA, OUT_LINK, IN_LINK = 0x38, 0x80, 0x100, 0x104, 0x108
-START, DONE = 1 << 18, 1 << 4
-DUPLEX, HAS_OUT, HAS_IN, HAS_ADDRESS, HAS_COMMAND = 1 << 0, 1 << 27, 1 << 28, 1 << 30, 1 << 31
-MHZ_20 = 3 << 12  # 80 MHz / 4
-MEMORY, LIST = 0x3FFB0000, 0x3FFB8000
 PIN = 5
+INPUTS = {Chip.ESP32: 0x130, Chip.ESP32S3: 0x154}
+MISO = {Chip.ESP32: 9, Chip.ESP32S3: 102}  # of SPI2
 
 COMMON, SOCKET, TX, RX = 0, 1, 2, 3  # blocks
 OPEN, SEND, RECEIVE = 0x01, 0x20, 0x40
 OWN, OTHER, ALL = bytes.fromhex("0208dc010203"), bytes.fromhex("0208dc0a0b0c"), b"\xff" * 6
 
 
-@dataclass
-class Bus:
-    """Transactions as ESP-IDF's spi_master makes them for the W5500: 16 bits of command, 8 of address, then data."""
-
-    regs: Registers
-    host: int
-    by_dma: bool
-
-    def __post_init__(self) -> None:
-        self._store(CLOCK, MHZ_20)
-
-    def _store(self, offset: int, value: int) -> None:
-        self.regs.store(BASE[self.host] + offset, value)
-
-    def _list(self, at: int, buffer: int, count: int) -> None:
-        """Descriptors of up to 1024 bytes: size, length, end, owner; buffer; next."""
-        for n, first in enumerate(range(0, count, 1024)):
-            size = min(1024, count - first)
-            last = first + size == count
-            words = (1024 | size << 12 | last << 30 | 1 << 31, buffer + first, 0 if last else at + 12 * (n + 1))
-            self.regs.chip.write(at + 12 * n, b"".join(word.to_bytes(4, "little") for word in words))
-
-    def transfer(self, command: int, address: int, out: bytes) -> bytes:
-        """Both ways at the same time. @return what came with the data"""
-        chip, count = self.regs.chip, len(out)
-        self._store(SLAVE, 0)
-        self._store(USER, DUPLEX | HAS_OUT | HAS_IN | HAS_ADDRESS | HAS_COMMAND)
-        self._store(USER1, 7 << 26)
-        self._store(USER2, 15 << 28 | (command >> 8 | command << 8) & 0xFFFF)  # its low byte goes first
-        self._store(ADDRESS, address << 24)
-        for offset in (OUT_BITS, IN_BITS):
-            self._store(offset, 8 * count - 1)
-        if self.by_dma:
-            chip.write(MEMORY, out)
-            self._list(LIST, MEMORY, count)
-            self._list(LIST + 0x400, MEMORY + 0x4000, count)
-            self._store(OUT_LINK, LIST & 0xFFFFF | 1 << 29)
-            self._store(IN_LINK, LIST + 0x400 & 0xFFFFF | 1 << 29)
-        else:
-            for n in range(0, count, 4):
-                self._store(BUFFER + n, int.from_bytes(out[n : n + 4], "little"))
-        self._store(CMD, START)
-        before = chip.cycles
-        self.regs.wait(12 * (24 + 8 * count) + 10)
-        assert chip.cycles - before >= 12 * (24 + 8 * count)
-        assert self.regs.load(BASE[self.host] + SLAVE) & DONE and self.regs.load(BASE[self.host] + CMD) == 0
-        if self.by_dma:
-            return chip.read(MEMORY + 0x4000, count)
-        words = [self.regs.load(BASE[self.host] + BUFFER + n) for n in range(0, count, 4)]
-        return b"".join(word.to_bytes(4, "little") for word in words)[:count]
-
-    def read(self, block: int, address: int, count: int) -> bytes:
-        return self.transfer(address, block << 3, bytes(count))
-
-    def write(self, block: int, address: int, data: bytes) -> None:
-        self.transfer(address, block << 3 | 4, data)
-
-    def number(self, address: int) -> int:
-        return int.from_bytes(self.read(SOCKET, address, 2), "big")
+def make_bus(chip: VirtualChip, kind: Chip, host: int = 2, *, by_dma: bool = False) -> Bus:
+    return (Bus if kind == Chip.ESP32 else S3Bus)(Registers(chip, kind), host, by_dma)
 
 
 @pytest.fixture(params=[(2, False), (3, True)], ids=["SPI2", "SPI3 by DMA"])
-def bus(esp32: VirtualChip, request: pytest.FixtureRequest) -> Iterator[Bus]:
+def bus(chip: VirtualChip, kind: Chip, request: pytest.FixtureRequest) -> Iterator[Bus]:
     host, by_dma = request.param
-    esp32.wire_w5500(host, 0)
-    yield Bus(Registers(esp32, Chip.ESP32), host, by_dma)
+    chip.wire_w5500(host, 0)
+    yield make_bus(chip, kind, host, by_dma=by_dma)
 
 
-def test_select_is_low_for_as_long_as_the_bits_take(esp32: VirtualChip) -> None:
+@pytest.fixture
+def kind(request: pytest.FixtureRequest) -> Chip:
+    return Chip(request.node.callspec.params["chip"])
+
+
+def test_select_is_low_for_as_long_as_the_bits_take(chip: VirtualChip, kind: Chip) -> None:
     """24 + 64 bits of 20 MHz."""
-    bus = Bus(Registers(esp32, Chip.ESP32), 2, by_dma=False)
-    bus.regs.store(bus.regs.at.gpio + bus.regs.at.outputs + 4 * PIN, SELECT0[2])
-    assert esp32.level(PIN) == 1
-    esp32.record_edges()
+    bus = make_bus(chip, kind)
+    bus.regs.store(bus.regs.at.gpio + bus.regs.at.outputs + 4 * PIN, bus.SELECT0[2])
+    bus.regs.store(bus.regs.at.gpio + 0x24, 1 << PIN)
+    assert chip.level(PIN) == 1
+    chip.record_edges()
     bus.transfer(0, 0, bytes(8))
-    (fall, _, low), (rise, _, high) = (edge for edge in esp32.edges() if edge[1] == PIN)
-    assert (low, high) == (0, 1) and rise - fall == 88 * 12
+    (fall, _, low), (rise, _, high) = (edge for edge in chip.edges() if edge[1] == PIN)
+    assert (low, high) == (0, 1) and rise - fall == 88 * CYCLES_OF_BIT
 
 
 @pytest.mark.parametrize("level", [0, 1])
-def test_without_a_chip_miso_is_its_pin(esp32: VirtualChip, level: int) -> None:
-    bus = Bus(Registers(esp32, Chip.ESP32), 2, by_dma=False)
-    esp32.drive(12, level)
-    bus.regs.store(bus.regs.at.gpio + 0x130 + 4 * 9, 12 | 1 << 7)
+def test_without_a_chip_miso_is_its_pin(chip: VirtualChip, kind: Chip, level: int) -> None:
+    bus = make_bus(chip, kind)
+    chip.drive(12, level)
+    bus.regs.store(bus.regs.at.gpio + INPUTS[kind] + 4 * MISO[kind], 12 | 1 << 7)
     assert bus.transfer(0, 0, bytes(8)) == bytes([255 * level]) * 8
 
 
 def test_the_interrupt_is_that_of_a_done_transaction(bus: Bus) -> None:
-    at, source = bus.regs.at, {2: 30, 3: 31}[bus.host]
-    bus.regs.store(at.matrix + 4 * source, 19)
+    at = bus.regs.at
+    bus.regs.store(at.matrix + 4 * bus.SOURCE[bus.host], 19)
     bus.transfer(0, 0, bytes(4))
     assert not bus.regs.chip.cpu().interrupt & 1 << 19
-    bus.regs.store(BASE[bus.host] + SLAVE, DONE | 1 << 9)
+    bus.enable_interrupt(done=True)
     assert bus.regs.chip.cpu().interrupt & 1 << 19
-    bus.regs.store(BASE[bus.host] + SLAVE, 1 << 9)
+    bus.enable_interrupt(done=False)
     assert not bus.regs.chip.cpu().interrupt & 1 << 19
 
 
-@pytest.mark.parametrize(
-    ("offset", "value"), [(USER, HAS_OUT | 1 << 16), (SLAVE, 1 << 30), (OUT_BITS, 6)], ids=["3 wires", "slave", "bits"]
-)
-def test_another_transaction_is_named(esp32: VirtualChip, offset: int, value: int) -> None:
-    bus = Bus(Registers(esp32, Chip.ESP32), 2, by_dma=False)
-    bus._store(USER, HAS_OUT)
-    bus._store(OUT_BITS, 7)
-    bus._store(offset, value)
+@pytest.mark.parametrize("what", ["3 wires", "slave", "bits"])
+def test_another_transaction_is_named(chip: VirtualChip, kind: Chip, what: str) -> None:
+    bus = make_bus(chip, kind)
+    three_wires = HAS_OUT | 1 << (16 if kind == Chip.ESP32 else 17)
+    offset, value = {
+        "3 wires": (bus.USER, three_wires),
+        "slave": (bus.SLAVE, bus.SLAVE_MODE),
+        "bits": (bus.OUT_BITS, 6),
+    }[what]
+    bus.store(bus.USER, HAS_OUT)
+    bus.store(bus.OUT_BITS, 7)
+    bus.store(offset, value)
     with pytest.raises(ChipFault, match="a transaction of SPI2"):
-        bus._store(CMD, START)
+        bus.store(bus.CMD, bus.START)
+
+
+# ---- of the ESP32-S3 ----
+
+
+@pytest.fixture
+def s3() -> Iterator[VirtualChip]:
+    with VirtualChip(Chip.ESP32S3) as chip:
+        yield chip
+
+
+def test_select_has_its_setup_and_hold_times(s3: VirtualChip) -> None:
+    """One clock before the first bit and two after the last: USER's CS_SETUP and CS_HOLD, USER1's times."""
+    bus = make_bus(s3, Chip.ESP32S3)
+    bus.regs.store(bus.regs.at.gpio + bus.regs.at.outputs + 4 * PIN, bus.SELECT0[2])
+    bus.regs.store(bus.regs.at.gpio + 0x24, 1 << PIN)
+    bus.store(bus.USER, HAS_OUT | 1 << 7 | 1 << 6)
+    bus.store(bus.USER1, 2 << 22)
+    bus.set_lengths(32)
+    s3.record_edges()
+    bus.store(bus.CMD, bus.START)
+    bus.regs.wait(1000)
+    (fall, _, _), (rise, _, _) = (edge for edge in s3.edges() if edge[1] == PIN)
+    assert rise - fall == (1 + 32 + 2) * CYCLES_OF_BIT
+
+
+def test_shift_registers_show_the_word_with_select(s3: VirtualChip) -> None:
+    """As the step engine wires them: clock, data, and the latch at select. Bytes leave from the lowest on."""
+    bus = make_bus(s3, Chip.ESP32S3)
+    for pin, signal in ((4, 101), (6, 103), (PIN, 110)):
+        bus.regs.store(bus.regs.at.gpio + bus.regs.at.outputs + 4 * pin, signal)
+        bus.regs.store(bus.regs.at.gpio + 0x24, 1 << pin)
+    s3.wire_shift_registers(4, 6, PIN)
+    bus.store(bus.USER, HAS_OUT)
+    bus.set_lengths(32)
+    bus.store(bus.BUFFER, int.from_bytes(bytes.fromhex("80c0a001"), "little"))
+    bus.store(bus.CMD, bus.START)
+    bus.regs.wait(16 * CYCLES_OF_BIT)
+    assert s3.shift_outputs() == 0xFFFFFFFF
+    bus.regs.wait(20 * CYCLES_OF_BIT)
+    assert s3.shift_outputs() == 0x80C0A001
+
+
+def test_gdma_says_what_it_has_moved(s3: VirtualChip) -> None:
+    """The receiver's entries have what came; both halves have their interrupts and the last entry's place."""
+    bus = S3Bus(Registers(s3, Chip.ESP32S3), 3, by_dma=True)
+    channel, count = bus.GDMA + bus.CHANNEL, 1500
+    at = bus.regs.at
+    bus.regs.store(channel + 0x10, 2)
+    bus.regs.store(at.matrix + 4 * (66 + 2), 19)
+    bus.transfer(0, 0, bytes(count))
+    assert bus.regs.load(channel + 0x08) & 3 == 3 and bus.regs.load(channel + 0x68) & 0xB == 0xB
+    assert bus.regs.load(channel + 0x28) == bus.LIST + 0x400 + 12 and bus.regs.load(channel + 0x88) == bus.LIST + 12
+    heads = [int.from_bytes(s3.read(bus.LIST + 0x400 + 12 * n, 4), "little") for n in range(2)]
+    assert [head >> 12 & 0xFFF for head in heads] == [1024, count - 1024]
+    assert [head >> 30 for head in heads] == [0, 1]  # the processor's again, and where the frame ends
+    assert s3.cpu().interrupt & 1 << 19
+    bus.regs.store(channel + 0x14, 2)
+    assert not s3.cpu().interrupt & 1 << 19
+
+
+def test_gdma_outside_of_memory_is_named(s3: VirtualChip) -> None:
+    bus = S3Bus(Registers(s3, Chip.ESP32S3), 2, by_dma=True)
+    bus.LIST = 0x3FC00000
+    s3.write(bus.MEMORY, bytes(4))
+    bus.store(bus.USER, HAS_OUT)
+    bus.set_lengths(32)
+    bus.start_dma()
+    bus.store(bus.CMD, bus.START)
+    with pytest.raises(ChipFault, match="an entry of its list at 3fc00000, where there is no memory"):
+        bus.regs.wait(1000)
 
 
 # ---- the W5500 ----

@@ -244,6 +244,39 @@ def test_systimer_alarms(s3: Registers) -> None:
     assert counted == 10
 
 
+def test_a_systimer_alarm_that_becomes_periodic(s3: Registers) -> None:
+    """FreeRTOS on core 1: the period is applied and the alarm enabled as one at a time, then periods are chosen, while
+    the counter counts."""
+    s3.store(SYSTIMER, 1 << 30 | 1 << 23)
+    s3.store(SYSTIMER + 0x38, 16000)
+    s3.store(SYSTIMER + 0x54, 1)
+    s3.store(SYSTIMER + 0x6C, 2)
+    s3.store(SYSTIMER + 0x38, 1 << 30 | 16000)
+    for _ in range(3):
+        s3.wait(MS - 1000)
+        assert not s3.load(SYSTIMER + 0x68) & 2
+        s3.wait(1000)
+        assert s3.load(SYSTIMER + 0x68) & 2
+        s3.store(SYSTIMER + 0x6C, 2)
+
+
+# ---- the S3's caches ----
+
+EXTMEM, MAPPED = 0x600C4000, 0x3FF1FFFC
+
+
+def test_the_s3s_caches_are_on_and_idle(s3: Registers) -> None:
+    """What ESP-IDF waits for, and what it looks up before it turns them off."""
+    assert s3.load(EXTMEM + 0x130) == 1 | 1 << 12
+    assert s3.load(EXTMEM) & 1 == 1 and s3.load(EXTMEM + 0x60) & 1 == 1
+
+
+def test_ram_of_the_s3s_boot_rom_is_named(s3: Registers) -> None:
+    """ets_rom_layout_p: the heap ends at its second word."""
+    layout = int.from_bytes(s3.chip.read(MAPPED, 4), "little")
+    assert int.from_bytes(s3.chip.read(layout + 4, 4), "little") == 0x3FCED710
+
+
 # ---- what the chip is ----
 
 

@@ -1,6 +1,6 @@
 """The real image of an ESP32 in the virtual chip, with the methods of grbl_host.Grbl.
 
-Where: WIFICNC_ESP_IMAGE is what `--on-chip` takes, of the board esp32-wroom32. Images are made with ESP-IDF, so
+Where: WIFICNC_ESP_IMAGE is what `--on-chip` takes, WIFICNC_ESP_BOARD its board. Images are made with ESP-IDF, so
 these tests run where someone has one. As chip_grbl.py, but:
 
 - Axes A, B and C must be at 0 and are left out of what was answered.
@@ -22,7 +22,7 @@ from wificnc.chip.esp_machine import EspMachine, gpio
 from wificnc.chip.espsim import Stop
 
 IMAGE = os.environ.get("WIFICNC_ESP_IMAGE", "")
-BOARD = "esp32-wroom32"
+BOARD = os.environ.get("WIFICNC_ESP_BOARD", "esp32-wroom32")
 BYTE_S = 10 / 115200
 LOOK_S = 5e-5  # between two looks at where the motors are
 OTHERS = re.compile(rf"((?:[MW]Pos|WCO|\[G\d\d(?:\.\d)?|\[PRB):{NUMBERS}),(-?[\d.]+),(-?[\d.]+),(-?[\d.]+)")

@@ -33,6 +33,7 @@ static const struct region esp32s3[] = {
     {"IRAM", 0x40378000, 0x68000, true, false, 0x3FC88000},
     {"flash data", 0x3C000000, 0x2000000, false, true, 0},
     {"flash code", 0x42000000, 0x2000000, true, true, 0},
+    {"data of the boot ROM", 0x3FF1F000, 0x1000, false, true, 0},
     {"RTC fast memory", 0x600FE000, 0x2000, false, false, 0},
     {"RTC slow memory", 0x50000000, 0x2000, false, false, 0},
     {"vectors of the boot ROM", 0x40000000, 0x1000, true, true, 0},
@@ -225,19 +226,41 @@ bool bus_fetch(struct esp *esp, uint32_t address, uint32_t *word) {
     return true;
 }
 
+/* ---- memory as a debugger sees it: the S3's instruction RAM is two memories that follow each other ---- */
+
+/* Bytes from this address to the end of its page, as many as are wanted. */
+static uint32_t in_page(uint32_t address, size_t count) {
+    const uint32_t room = PAGE - (address & (PAGE - 1));
+    return count < room ? (uint32_t)count : room;
+}
+
+bool bus_has(const struct esp *esp, uint32_t address, size_t count) {
+    for (uint32_t part; count != 0; address += part, count -= part) {
+        part = in_page(address, count);
+        if (bus_bytes(esp, address, part) == NULL)
+            return false;
+    }
+    return true;
+}
+
 bool es_write(struct esp *esp, uint32_t address, const uint8_t *bytes, size_t count) {
-    uint8_t *at = bus_bytes(esp, address, count);
-    if (at == NULL)
+    if (!bus_has(esp, address, count))
         return false;
-    memcpy(at, bytes, count);
-    changed(esp, at, count);
+    for (uint32_t part; count != 0; address += part, bytes += part, count -= part) {
+        part = in_page(address, count);
+        uint8_t *at = bus_bytes(esp, address, part);
+        memcpy(at, bytes, part);
+        changed(esp, at, part);
+    }
     return true;
 }
 
 bool es_read(const struct esp *esp, uint32_t address, uint8_t *bytes, size_t count) {
-    const uint8_t *at = bus_bytes(esp, address, count);
-    if (at == NULL)
+    if (!bus_has(esp, address, count))
         return false;
-    memcpy(bytes, at, count);
+    for (uint32_t part; count != 0; address += part, bytes += part, count -= part) {
+        part = in_page(address, count);
+        memcpy(bytes, bus_bytes(esp, address, part), part);
+    }
     return true;
 }

@@ -83,6 +83,7 @@ static void create_parts(struct esp *esp) {
     watchdogs_create(esp);
     matrix_create(esp);
     uart_create(esp);
+    usb_serial_create(esp);
     spi_create(esp);
     mmu_create(esp);
     rtc_create(esp);
@@ -123,6 +124,8 @@ void es_destroy(struct esp *esp) {
     free(esp->symbols);
     free(esp->edges);
     free(esp->w5500.sent);
+    free(esp->usb.in);
+    free(esp->usb.out);
     for (unsigned i = 0; i < UARTS; i++) {
         free(esp->uart[i].in);
         free(esp->uart[i].out);

@@ -27,15 +27,17 @@ static const struct kept kept[2][KEPT] = {
     },
     {
         {"GPIO_SD", 0x60004F00, 0x40},
+        {"radio FE2", 0x60005000, 0x100},
+        {"radio FE", 0x60006000, 0x100},
         {"IO_MUX", 0x60009000, 0x100},
+        {"analog bus", 0x6000E000, 0x100},
         {"I2S0", 0x6000F000, 0x100},
-        {"SPI2", 0x60024000, 0x400},
-        {"SPI3", 0x60025000, 0x400},
+        {"radio NRX", 0x6001CC00, 0x400},
+        {"radio BB", 0x6001D000, 0x100},
         {"SYSCON", 0x60026000, 0x400},
         {"MCPWM1", 0x6002C000, 0x130},
         {"I2S1", 0x6002D000, 0x100},
         {"USB_WRAP", 0x60039000, 0x100},
-        {"GDMA", 0x6003F000, 0x410},
         {"SARADC", 0x60040000, 0x400},
         {"SYSTEM", 0x600C0000, 0x1000},
         {"SENSITIVE", 0x600C1000, 0x1000},
@@ -91,12 +93,38 @@ static void idle_store(struct esp *esp, uint32_t offset, uint32_t value) {
     (void)value;
 }
 
+/* ---- the S3's caches: the boot ROM's functions turn them on and off, and they are idle ---- */
+
+enum { EXTMEM = 0x600C4000, DCACHE_CTRL = 0x00, ICACHE_CTRL = 0x60, CACHE_STATE = 0x130 };
+enum { BOTH_IDLE = 1 | 1 << 12 };
+
+static uint32_t icache_load(struct esp *esp, uint32_t offset) {
+    (void)offset;
+    return (esp->cache_control[1] & 1) == 0;
+}
+
+static uint32_t dcache_load(struct esp *esp, uint32_t offset) {
+    (void)offset;
+    return (esp->cache_control[1] & 2) == 0;
+}
+
+static uint32_t state_load(struct esp *esp, uint32_t offset) {
+    (void)esp;
+    (void)offset;
+    return BOTH_IDLE;
+}
+
 void dport_create(struct esp *esp) {
     if (esp->chip == ES_ESP32) {
         bus_add(esp, &(struct block){"cache", 0x3FF00040, 4, cache_load, cache_store, NULL});
         bus_add(esp, &(struct block){"cache", 0x3FF00058, 4, app_cache_load, app_cache_store, NULL});
         bus_add(esp, &(struct block){"cache state", 0x3FF003F0, 4, idle_load, idle_store, NULL});
         bus_add(esp, &(struct block){"cache state", 0x3FF00418, 4, idle_load, idle_store, NULL});
+    }
+    if (esp->chip == ES_ESP32S3) {
+        bus_add(esp, &(struct block){"cache", EXTMEM + ICACHE_CTRL, 4, icache_load, idle_store, NULL});
+        bus_add(esp, &(struct block){"cache", EXTMEM + DCACHE_CTRL, 4, dcache_load, idle_store, NULL});
+        bus_add(esp, &(struct block){"cache state", EXTMEM + CACHE_STATE, 4, state_load, idle_store, NULL});
     }
     memset(esp->kept, 0, sizeof esp->kept);
     for (unsigned i = 0; i < KEPT && esp->chip == ES_ESP32S3; i++)

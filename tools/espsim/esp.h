@@ -17,9 +17,9 @@
  *   watchdog.c rtc.c   what resets the chip
  *   systimer.c   the S3's system timer
  *   efuse.c sha.c   what the chip is; random numbers; SHA-256
- *   gpio.c timer.c matrix.c uart.c   the peripherals
+ *   gpio.c timer.c matrix.c uart.c usb_serial.c   the peripherals
  *   parts.c      those that make or take signals:
- *   ledc.c mcpwm.c rmt.c i2s.c pcnt.c spi_master.c
+ *   ledc.c mcpwm.c rmt.c i2s.c pcnt.c spi_master.c spi_s3.c gdma.c
  *   shift.c w5500.c   chips outside
  *   cores.c      two cores that take turns
  *   chip.c       time */
@@ -293,6 +293,7 @@ struct esp {
     uint32_t efuse[EFUSE_WORDS], random;
     uint8_t analog[256][16]; /* registers behind the internal I2C bus */
     struct uart uart[UARTS];
+    struct usb_serial usb;
     uint8_t route[CORES][SOURCES]; /* the interrupt of a source */
     uint32_t source[CORES][SOURCES / 32];
     struct app_core app;
@@ -308,6 +309,7 @@ struct esp {
     struct mcpwm mcpwm;
     struct pcnt pcnt;
     struct spi_host spi_host[SPI_HOSTS];
+    struct gdma gdma;
     struct w5500 w5500;
 
     bool record_edges;
@@ -403,6 +405,7 @@ bool bus_fetch(struct esp *esp, uint32_t address, uint32_t *word); /* 4 bytes, o
 const char *bus_missing(const struct esp *esp, uint32_t address,
                         const char *otherwise);                            /* why there is nothing */
 uint8_t *bus_bytes(const struct esp *esp, uint32_t address, size_t count); /* NULL: no memory has them all */
+bool bus_has(const struct esp *esp, uint32_t address, size_t count);       /* some memories have */
 /* flash.c, mmu.c, spi.c */
 bool flash_create(struct esp *esp, size_t size);
 bool flash_is_busy(const struct esp *esp);
@@ -455,6 +458,12 @@ void parts_event(struct esp *esp);
 void spi_master_create(struct esp *esp);
 uint64_t spi_master_next(const struct esp *esp);
 void spi_master_event(struct esp *esp);
+/* spi_s3.c, gdma.c: of the S3 */
+void spi_s3_create(struct esp *esp);
+void spi_s3_event(struct esp *esp);
+void gdma_create(struct esp *esp);
+/** What a peripheral's transaction takes from its list, or puts into it. @return bytes moved */
+size_t gdma_move(struct esp *esp, unsigned peripheral, bool out, uint8_t *bytes, size_t count);
 /** A frame of SPI, from the select line's fall to its rise. */
 void w5500_exchange(struct esp *esp, const uint8_t *out, uint8_t *in, size_t count);
 /* shift.c */
@@ -500,5 +509,8 @@ void uart_create(struct esp *esp);
 uint64_t uart_next(const struct esp *esp);
 void uart_event(struct esp *esp);
 void uart_print(struct esp *esp, unsigned number, uint8_t byte); /* as if sent, in no time */
+void usb_serial_create(struct esp *esp);
+uint64_t usb_serial_next(const struct esp *esp);
+void usb_serial_event(struct esp *esp);
 
 #endif

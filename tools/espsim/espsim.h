@@ -108,7 +108,7 @@ size_t es_edges(struct esp *esp, struct es_edge *out, size_t room);
 void es_shift_registers(struct esp *esp, unsigned clock, unsigned data, unsigned latch);
 uint32_t es_shift_outputs(struct esp *esp);
 
-/* ---- a W5500 at SPI2 or SPI3 of an ESP32 ---- */
+/* ---- a W5500 at SPI2 or SPI3 ---- */
 
 /** @param host  2 or 3. @param select  the host's select line, 0 to 2. @return false: there are no such ones
  */
@@ -125,6 +125,15 @@ size_t es_w5500_get(struct esp *esp, uint8_t *frame, size_t room);
 void es_uart_put(struct esp *esp, unsigned number, const uint8_t *bytes, size_t count);
 /** Take what the transmitter has sent. @return bytes copied */
 size_t es_uart_get(struct esp *esp, unsigned number, uint8_t *bytes, size_t size);
+
+/* ---- USB-Serial-JTAG of an ESP32-S3 ---- */
+
+/** A computer at the port, or none, as at first. @return false: this chip has no such port */
+bool es_usb_plug(struct esp *esp, bool on);
+/** Bytes that the computer sends, in packets; none while it is not there. */
+void es_usb_put(struct esp *esp, const uint8_t *bytes, size_t count);
+/** Take what the computer has received. @return bytes copied */
+size_t es_usb_get(struct esp *esp, uint8_t *bytes, size_t size);
 
 /* ---- flash ---- */
 

@@ -25,6 +25,7 @@ enum command {
     RDID = 0x9F,
     RES = 0xAB,
     RSTEN = 0x66,
+    RESUME = 0x7A, /* nothing is suspended */
     RST = 0x99,
     CE = 0xC7,
     CE_60 = 0x60,
@@ -196,6 +197,7 @@ static void answer(struct esp *esp, const struct flash_command *command) {
         break;
     case RES:
     case RSTEN:
+    case RESUME:
     case RST:
     case DP:
         put(command, NULL, 0);

@@ -30,7 +30,7 @@ static bool fits(struct esp *esp, const struct piece *piece, size_t size) {
     }
     if (mmu_has(esp, piece->address))
         return true;
-    if (piece->count != 0 && bus_bytes(esp, piece->address, piece->count) == NULL) {
+    if (piece->count != 0 && !bus_has(esp, piece->address, piece->count)) {
         chip_fault(esp, "the %s has no memory for %zu bytes at %08x", chip_names[esp->chip], piece->count,
                    piece->address);
         return false;

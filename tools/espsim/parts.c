@@ -8,6 +8,7 @@ void parts_create(struct esp *esp) {
     ledc_create(esp);
     mcpwm_create(esp);
     pcnt_create(esp);
+    gdma_create(esp);
     spi_master_create(esp);
 }
 
@@ -17,7 +18,7 @@ static uint64_t soonest(uint64_t a, uint64_t b) {
 
 uint64_t parts_next(const struct esp *esp) {
     return soonest(soonest(soonest(i2s_next(esp), esp->rmt.due), soonest(esp->ledc.due, esp->pcnt.due)),
-                   soonest(esp->mcpwm.due, spi_master_next(esp)));
+                   soonest(soonest(esp->mcpwm.due, spi_master_next(esp)), usb_serial_next(esp)));
 }
 
 void parts_event(struct esp *esp) {
@@ -30,6 +31,7 @@ void parts_event(struct esp *esp) {
         mcpwm_event(esp);
     if (spi_master_next(esp) <= esp->cycles)
         spi_master_event(esp);
+    usb_serial_event(esp);
     if (esp->pcnt.due <= esp->cycles)
         pcnt_event(esp);
 }

@@ -21,6 +21,11 @@ enum {
     SPI_HOSTS = 2,
     SPI_BYTES_MAX = 8192,
     W5500_MEMORY = 16384,
+    USB_PACKET = 64,
+    GDMA_CHANNELS = 5,
+    GDMA_WORDS = 48,
+    GDMA_REST = 20,
+    USB_WORDS = 33,
 };
 
 /* A chain of 74HC595 at three pins. */
@@ -107,13 +112,22 @@ struct pcnt {
     uint64_t due;
 };
 
-/* SPI2 and SPI3 of the ESP32, as masters. */
+/* SPI2 and SPI3, as masters. */
 struct spi_host {
     uint32_t word[64], dma[24];
     uint32_t out_link, in_link; /* descriptors for the next transaction; 0: the buffer's words */
     bool works;
     uint64_t due;
     uint8_t out[SPI_BYTES_MAX], in[SPI_BYTES_MAX];
+};
+
+/* The S3's GDMA. @param link  the entry that is next, of the in half, of the out half; 0: not started */
+struct gdma_channel {
+    uint32_t word[GDMA_WORDS], link[2];
+};
+struct gdma {
+    struct gdma_channel channel[GDMA_CHANNELS];
+    uint32_t rest[GDMA_REST];
 };
 
 /* A W5500 at one of them. */
@@ -125,6 +139,17 @@ struct w5500 {
     uint16_t tx_read, rx_read, rx_write;
     uint8_t *sent; /* frames that have left: two bytes of length before each */
     size_t sent_count, sent_room;
+};
+
+/* The S3's USB-Serial-JTAG, and what a computer at it has sent and taken. */
+struct usb_serial {
+    bool plugged, is_full; /* is_full: the packet in tx waits for the computer */
+    uint32_t word[USB_WORDS], raw, enabled;
+    uint8_t rx[USB_PACKET], tx[USB_PACKET];
+    uint32_t rx_count, rx_at, tx_count;
+    uint64_t taken_at, sent_at, frame_at; /* when it has taken a packet, has sent one; the next SOF */
+    uint8_t *in, *out;
+    size_t in_count, in_at, in_room, out_count, out_room;
 };
 
 #endif

@@ -62,4 +62,21 @@ void rom_cache_s3(struct esp *esp, unsigned bit, bool on);
 uint32_t rom_flash_status(struct esp *esp, uint32_t to, uint32_t code);
 uint32_t rom_flash_read(struct esp *esp, uint32_t from, uint32_t to, uint32_t count);
 
+/* rom_boot.c: for the S3's bootloader. @return 0: done */
+uint32_t rom_sha_init(struct esp *esp, uint32_t context, uint32_t type);
+void rom_sha_update(struct esp *esp, uint32_t context, uint32_t from, uint32_t count);
+uint32_t rom_sha_finish(struct esp *esp, uint32_t context, uint32_t to);
+uint32_t rom_flash_erase_sector(struct esp *esp, uint32_t sector);
+uint32_t rom_flash_write(struct esp *esp, uint32_t to, uint32_t from, uint32_t count);
+
+/* rom_watchdog.c: wdt_hal_*. @param context  a wdt_hal_context_t of ESP-IDF */
+void rom_dog_init(struct esp *esp, uint32_t context, uint32_t which, uint32_t prescaler, bool interrupts);
+void rom_dog_stage(struct esp *esp, uint32_t context, uint32_t stage, uint32_t ticks, uint32_t action);
+void rom_dog_lock(struct esp *esp, uint32_t context, bool on);
+void rom_dog_feed(struct esp *esp, uint32_t context);
+void rom_dog_enable(struct esp *esp, uint32_t context, bool on);
+void rom_dog_flashboot(struct esp *esp, uint32_t context, bool on);
+void rom_dog_handle(struct esp *esp, uint32_t context);
+uint32_t rom_dog_is_enabled(struct esp *esp, uint32_t context);
+
 #endif

@@ -132,11 +132,12 @@ uint32_t rom_set_level(struct esp *esp, uint32_t level) {
 }
 
 void rom_unmap_all(struct esp *esp, uint32_t core) {
+    const uint32_t none = esp->chip == ES_ESP32S3 ? 1u << 14 : 1u << 8;
     for (unsigned entry = 0; entry < MMU_ENTRIES; entry++) {
         if (core == 0)
-            mmu_map(esp, entry, 1u << 8);
+            mmu_map(esp, entry, none);
         else
-            esp->mmu.app_entry[entry] = 1u << 8;
+            esp->mmu.app_entry[entry] = none;
     }
 }
 
@@ -193,10 +194,26 @@ static const uint8_t window_vectors[6][VECTOR_CODE] = {
      0x8b, 0x09, 0x90, 0x9b, 0x09, 0xa0, 0xab, 0x09, 0xb0, 0xbb, 0x09, 0x00, 0x35}, /* underflow12 */
 };
 
+/* ets_rom_layout_t of the S3, as far as ESP-IDF reads it: RAM that belongs to the boot ROM begins there. */
+enum { LAYOUT = 0x3FF1FF00, LAYOUT_POINTER = 0x3FF1FFFC, SHARED = 0x3FCD7E00, RESERVED = 0x3FCED710 };
+
+static void put_layout(struct esp *esp) {
+    const uint32_t layout[2] = {SHARED, RESERVED}, pointer = LAYOUT;
+    (void)es_write(esp, LAYOUT, (const uint8_t *)layout, sizeof layout);
+    (void)es_write(esp, LAYOUT_POINTER, (const uint8_t *)&pointer, sizeof pointer);
+}
+
+/* syscall_table_ptr: where a program has put the address of its table. */
+enum { CALLS_AT = ROM_CODE + 0xFFC };
+static const uint32_t calls[2] = {0x3FFAE024, 0x3FCEFFD4};
+
 void rom_put_code(struct esp *esp) {
     for (unsigned i = 0; i < 6; i++)
         (void)es_write(esp, VECTORS + VECTOR_SIZE * i, window_vectors[i], VECTOR_CODE);
     (void)es_write(esp, ROM_CODE, rom_code, sizeof rom_code);
+    (void)es_write(esp, CALLS_AT, (const uint8_t *)&calls[esp->chip], sizeof *calls);
+    if (esp->chip == ES_ESP32S3)
+        put_layout(esp);
 }
 
 /* The call continues there, with its arguments. */

@@ -212,6 +212,10 @@ uint64_t spi_master_next(const struct esp *esp) {
 }
 
 void spi_master_event(struct esp *esp) {
+    if (esp->chip == ES_ESP32S3) {
+        spi_s3_event(esp);
+        return;
+    }
     for (unsigned i = 0; i < SPI_HOSTS; i++)
         if (esp->spi_host[i].works && esp->spi_host[i].due <= esp->cycles) {
             finish(esp, i);
@@ -277,8 +281,10 @@ static void store3(struct esp *esp, uint32_t offset, uint32_t value) {
 
 void spi_master_create(struct esp *esp) {
     memset(esp->spi_host, 0, sizeof esp->spi_host);
-    if (esp->chip != ES_ESP32)
+    if (esp->chip == ES_ESP32S3) {
+        spi_s3_create(esp);
         return;
+    }
     bus_add(esp, &(struct block){"SPI2", hosts[0].base, 0x400, load2, store2, NULL});
     bus_add(esp, &(struct block){"SPI3", hosts[1].base, 0x400, load3, store3, NULL});
     for (unsigned i = 0; i < SPI_HOSTS; i++) {

@@ -94,6 +94,16 @@ static void apply_unit(struct esp *esp, unsigned unit) {
             schedule(esp, alarm, esp->cycles);
 }
 
+/* An alarm that works changes between a time and periods, which begin then; a new period is for the next
+ * APPLY. */
+static void configure_target(struct esp *esp, unsigned alarm, uint32_t value) {
+    uint32_t *config = &esp->systimer.target_config[alarm];
+    const bool changes = ((*config ^ value) & PERIODIC) != 0;
+    *config = value;
+    if (changes)
+        schedule(esp, alarm, esp->cycles);
+}
+
 static void store(struct esp *esp, uint32_t offset, uint32_t value) {
     struct systimer *timer = &esp->systimer;
     if (offset == CONFIG)
@@ -105,7 +115,7 @@ static void store(struct esp *esp, uint32_t offset, uint32_t value) {
     else if (offset - TARGET < 8 * ALARMS)
         timer->target[(offset - TARGET) / 8][(offset - TARGET) / 4 % 2] = value;
     else if (offset - TARGET_CONFIG < 4 * ALARMS)
-        timer->target_config[(offset - TARGET_CONFIG) / 4] = value;
+        configure_target(esp, (offset - TARGET_CONFIG) / 4, value);
     else if (offset - TARGET_APPLY < 4 * ALARMS && (value & APPLY) != 0)
         schedule(esp, (offset - TARGET_APPLY) / 4, esp->cycles);
     else if (offset - UNIT_APPLY < 4 * UNITS && (value & APPLY) != 0)

@@ -162,7 +162,7 @@ void w5500_exchange(struct esp *esp, const uint8_t *out, uint8_t *in, size_t cou
 
 bool es_w5500(struct esp *esp, unsigned host, unsigned select) {
     struct w5500 *chip = &esp->w5500;
-    if (esp->chip != ES_ESP32 || host - 2 >= SPI_HOSTS || select > 2)
+    if (host - 2 >= SPI_HOSTS || select > 2)
         return false;
     chip->is_wired = chip->link = true;
     chip->host = host - 2;

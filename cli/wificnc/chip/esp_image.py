@@ -13,6 +13,7 @@ from wificnc.errors import BuildError, UserError
 from wificnc.flash.plan import (
     APP_MAGIC,
     BOOTLOADER_AT,
+    CHIP_IDS,
     IMAGE_MAGIC,
     PARTITION_TABLE_AT,
     PROJECT,
@@ -25,7 +26,6 @@ from wificnc.flash.table import table_bytes, table_rows
 DESCRIPTION = 32  # esp_app_desc_t, at the beginning of the first segment
 PROJECT_AT, ELF_HASH_AT, HASH = 48, 144, 32  # in it
 RADIO_MARK = b"WiFiCNC radio 1\0"  # targets/esp32/net/wifi.c; behind it the address of esp_wifi_init
-NOT_YET = "the virtual ESP32-S3 cannot run a firmware yet: its USB serial port is not emulated, and no image was tried"
 OTHERS = (
     (b"\x7fELF", "an ELF file", "name the .bin next to it; the names of functions are taken from the ELF file"),
     (b"UF2\n", "a UF2 file, for an ESP USB Bridge", "name the -merged.bin next to it"),
@@ -71,8 +71,6 @@ def load_image(path: Path, board: Board) -> EspImage:
 def _check_board(board: Board) -> None:
     if board.target != "esp32":
         raise BuildError(f"board {board.id} has no image for the virtual ESP32")
-    if board.chip != "esp32":
-        raise UserError(f"{board.id}: {NOT_YET}", hint="--board esp32-wroom32; or run without --on-chip")
 
 
 def _from_folder(folder: Path, board: Board) -> EspImage:
@@ -93,7 +91,7 @@ def _merged(path: Path, flash: bytes, board: Board) -> EspImage:
     if app is None or nvs is None:
         raise UserError(f"{path}: its partition table has no {'nvs' if app else 'application'}: not a WiFiCNC image")
     if header[:1] == bytes((IMAGE_MAGIC,)) and flash[app.offset : app.offset + 1] == bytes((IMAGE_MAGIC,)):
-        _check_project(path, flash[app.offset :])
+        _check_project(path, flash[app.offset :], board)
     size = (image_flash_mb(header) or 4) << 20
     return EspImage(path, flash, size, True, (nvs.offset, nvs.size), *_names(path, flash[app.offset :]))
 
@@ -107,7 +105,7 @@ def _application(path: Path, data: bytes, board: Board) -> EspImage:
         why = f"its first byte is {data[0]:02x}, not e9" if data else "it is empty"
         hint = f"an encrypted image cannot be run; `wificnc build {board.id}` makes one that can"
         raise UserError(f"{path} is not an image of an ESP32: {why}", hint=hint)
-    _check_project(path, data)
+    _check_project(path, data, board)
     partitions = read_partitions(_partitions())
     slot, nvs = partitions["ota_0"], partitions["nvs"]
     flash = bytearray(b"\xff" * slot.offset)
@@ -119,13 +117,13 @@ def _application(path: Path, data: bytes, board: Board) -> EspImage:
     return EspImage(path, bytes(flash) + data, size, False, (nvs.offset, nvs.size), *_names(path, data))
 
 
-def _check_project(path: Path, app: bytes) -> None:
+def _check_project(path: Path, app: bytes, board: Board) -> None:
     """Whose it is; which chip's and whether it is whole is the virtual chip's business."""
     if len(app) < DESCRIPTION + ELF_HASH_AT + HASH:
         raise UserError(f"{path} is damaged: it ends after {len(app)} bytes", hint="build or download it again")
     chip, magic = struct.unpack_from("<H", app, 12)[0], struct.unpack_from("<I", app, DESCRIPTION)[0]
     project = app[DESCRIPTION + PROJECT_AT :][:32].split(b"\0")[0].decode("ascii", "replace")
-    if magic != APP_MAGIC and chip == 0:
+    if magic != APP_MAGIC and chip == CHIP_IDS[board.chip]:
         raise UserError(
             f"{path} is not an application: it has no description, as a bootloader has none",
             hint="name the folder of the build, its merged image or its firmware.bin",

@@ -14,6 +14,7 @@ from wificnc.chip.esp_image import EspImage
 from wificnc.chip.espsim import CPU_HZ, SHIFT_FIRST, Chip, ChipFault, Stop, VirtualChip
 from wificnc.errors import UserError
 
+CHIPS = {"esp32": Chip.ESP32, "esp32s3": Chip.ESP32S3}
 STEP = struct.Struct("<QBB6x")  # as mz_step
 SAME_EVENT = 100  # cycles in which edges belong to one step event: both halves of the pins
 FAILED = 0xFFFFFFFF  # ESP_FAIL
@@ -29,7 +30,7 @@ class EspMachine:
 
     def __init__(self, board: Board, image: EspImage) -> None:
         self._image = image
-        self._chip = VirtualChip(Chip.ESP32)
+        self._chip = VirtualChip(CHIPS[board.chip])
         self._at: list[tuple[int, int, int]] = []  # cycle, pin, level: what is done to pins later
         self._records = False
         self._edges: list[tuple[int, int, int]] = []

@@ -94,6 +94,9 @@ PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "es_edges": (c_size_t, (_CHIP, POINTER(Edge), c_size_t)),
     "es_uart_put": (None, (_CHIP, c_uint, c_char_p, c_size_t)),
     "es_uart_get": (c_size_t, (_CHIP, c_uint, c_char_p, c_size_t)),
+    "es_usb_plug": (c_bool, (_CHIP, c_bool)),
+    "es_usb_put": (None, (_CHIP, c_char_p, c_size_t)),
+    "es_usb_get": (c_size_t, (_CHIP, c_char_p, c_size_t)),
     "es_flash_create": (c_bool, (_CHIP, c_size_t)),
     "es_flash_write": (c_bool, (_CHIP, c_uint32, c_char_p, c_size_t)),
     "es_flash": (c_size_t, (_CHIP, POINTER(c_void_p))),
@@ -281,6 +284,23 @@ class VirtualChip:
         """What the transmitter has sent since the last call."""
         data, buffer = b"", ctypes.create_string_buffer(ROOM)
         while count := self._library.es_uart_get(self._chip, uart, buffer, ROOM):
+            data += buffer.raw[:count]
+        return data
+
+    # ---- USB-Serial-JTAG ----
+
+    def plug_usb(self, on: bool = True) -> None:
+        """A computer at the port. Raises ValueError where the chip has none."""
+        if not self._library.es_usb_plug(self._chip, on):
+            raise ValueError("this chip has no USB-Serial-JTAG")
+
+    def write_usb(self, data: bytes) -> None:
+        self._library.es_usb_put(self._chip, data, len(data))
+
+    def read_usb(self) -> bytes:
+        """What the computer has received since the last call."""
+        data, buffer = b"", ctypes.create_string_buffer(ROOM)
+        while count := self._library.es_usb_get(self._chip, buffer, ROOM):
             data += buffer.raw[:count]
         return data
 

@@ -6,16 +6,18 @@ import csv
 import re
 import struct
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
 from wificnc.board.model import Board
+from wificnc.build.host import ensure_host_library
 from wificnc.chip.pins import SUFFIXES, PinTrace, drive_pins, pin_labels
 from wificnc.chip.virtual import VirtualChip
 from wificnc.chip.wired import Wired, greet, wire
 from wificnc.errors import JobError, UserError
+from wificnc.job.expand import Start, expand, load_expand, needs_expansion
 from wificnc.job.program import CODE_CHARACTERS, MARK, code_of, read_program
 from wificnc.output import Output, check_suffix
 from wificnc.sim.job import read_job, simulated_text, split_lines
@@ -74,9 +76,7 @@ def run_on_chip(
         JobError: the file cannot be read, or a line is never answered.
         ChipFault: the image does what no chip may.
     """
-    text = read_job(options.file)
-    read_program(options.file.name, text)  # refuses what `wificnc send` refuses
-    lines = [_wire(line) for line in split_lines(simulated_text(text)[0])]
+    lines, numbers = _lines(options.file)
     with closing(wire(board, image)) as chip:
         if pace is not None and isinstance(chip, VirtualChip):
             chip.cpu_speed(pace.cpu)
@@ -92,19 +92,31 @@ def run_on_chip(
             answers = _stream(steps, lines, look, progress)
             _rest(chip, len(board.axes), look)
             steps.take()
-    return _compared(options, board, steps, answers)
+    errors = tuple(f"line {number}: {said}" for number, said in zip(numbers, answers, strict=True) if said != "ok")
+    return _compared(options, board, steps, errors, len(answers))
 
 
-def _compared(options: SimOptions, board: Board, steps: _Steps, answers: list[str]) -> ChipResult:
+def _lines(file: Path) -> tuple[list[str], Sequence[int]]:
+    """What goes over the wire, as `wificnc send` makes it, and which line of the file each is. Raises JobError."""
+    text = read_job(file)
+    may_jump = read_program(file.name, text).may_jump  # refuses what `wificnc send` refuses
+    library = load_expand(ensure_host_library()) if may_jump else None
+    if library is None or not needs_expansion(library, text):
+        lines = [_wire(line) for line in split_lines(simulated_text(text)[0])]
+        return lines, range(1, len(lines) + 1)
+    expanded = expand(library, file.name, text, Start.AT_ZERO)
+    return [_wire(line) for line in expanded.text.splitlines()], expanded.numbers
+
+
+def _compared(options: SimOptions, board: Board, steps: _Steps, errors: tuple[str, ...], lines: int) -> ChipResult:
     """With the host's simulation of the same job."""
-    errors = tuple(f"line {number}: {said}" for number, said in enumerate(answers, 1) if said != "ok")
     cycles, hz = steps.cycles, steps.chip.cpu_hz
     host, host_ns = _host_steps(options)
     made = as_axes(steps.made, steps.axis)
     way = paths(made, len(board.axes))
     first = difference(host, made)
     return ChipResult(
-        lines=len(answers),
+        lines=lines,
         errors=errors,
         seconds=(cycles[-1] - cycles[0]) / hz if cycles else 0.0,
         events=len(made),

@@ -17,7 +17,7 @@ from wificnc.nvs.image import read_image
 from wificnc.nvs.values import NAMESPACE
 
 PORTS = "ABCDEFG"
-GPIOS = 40  # of the ESP32
+GPIOS = {"esp32": 40, "esp32s3": 49}
 BOOT_S = 0.05
 BANNER_S = 5.0  # of the chip's time
 HEX = "wificnc.hex"
@@ -106,7 +106,10 @@ def pin_numbers(board: Board) -> dict[str, int]:
     """Of the chip's pins by their names: RD3, GPIO25; and of its shift registers' outputs: I2SO.1."""
     if board.target == "esp32":
         outputs = board.i2so.outputs if board.i2so else 0
-        names = [*(f"GPIO{number}" for number in range(GPIOS)), *(f"{SHIFT_PIN}{bit}" for bit in range(outputs))]
+        names = [
+            *(f"GPIO{number}" for number in range(GPIOS[board.chip])),
+            *(f"{SHIFT_PIN}{bit}" for bit in range(outputs)),
+        ]
         return {name: gpio(name) for name in names}
     return {f"R{port}{bit}": pin_number(f"R{port}{bit}") for port in PORTS for bit in range(PORT_WIDTH)}
 

@@ -8,10 +8,17 @@
 #include "machine/parts.h"
 #include "task_periods.h"
 
-/* UART 0 of the ESP32: technical reference manual, UART Registers. */
-#define UART_FIFO   (*(volatile uint32_t *)0x3FF40000)
-#define UART_CLKDIV (*(volatile uint32_t *)0x3FF40014)
-#define UART_STATUS (*(volatile uint32_t *)0x3FF4001C)
+#include "sdkconfig.h"
+
+/* UART 0: technical reference manuals, UART Registers. */
+#if CONFIG_IDF_TARGET_ESP32
+#define UART(offset) (*(volatile uint32_t *)(0x3FF40000 + (offset)))
+#else
+#define UART(offset) (*(volatile uint32_t *)(0x60000000 + (offset)))
+#endif
+#define UART_FIFO   UART(0x00)
+#define UART_CLKDIV UART(0x14)
+#define UART_STATUS UART(0x1C)
 
 enum { APB_HZ = 80000000, BAUD = 115200, FIFO_SIZE = 127, COUNT = 0xFF, TX_COUNT = 16, TASK_PERIOD_MS = 2 };
 

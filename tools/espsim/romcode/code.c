@@ -4,9 +4,17 @@
 
 typedef unsigned size_t;
 
+/* No loop of it may become a call of strlen() or memset(): those have another address on each chip. */
+#if __has_attribute(no_builtin)
+#define PLAIN __attribute__((no_builtin))
+#else
+#define PLAIN
+#endif
+
 /* ---- sorting: by insertion ---- */
 
-void rom_qsort(unsigned char *base, size_t count, size_t size, int (*compare)(const void *, const void *)) {
+PLAIN void rom_qsort(unsigned char *base, size_t count, size_t size,
+                     int (*compare)(const void *, const void *)) {
     unsigned char *end = base + count * size;
     for (unsigned char *from = base + size; from < end; from += size)
         for (unsigned char *at = from; at > base && compare(at - size, at) > 0; at -= size)
@@ -32,7 +40,9 @@ struct calls {
     void (*lock_init)(int *);
     void (*lock_init_recursive)(int *);
 };
-#define CALLS (*(struct calls **)0x3FFAE024)
+
+/* The last word of this code has the place where the chip's programs put the pointer to theirs. */
+#define CALLS (**(struct calls ***)0x4006FFFC)
 
 int rom_read(int file, void *to, int count) {
     return CALLS->read_r(CALLS->getreent(), file, to, count);
@@ -50,7 +60,7 @@ int rom_close(int file) {
     return CALLS->close_r(CALLS->getreent(), file);
 }
 
-char *rom_strdup(const char *text) {
+PLAIN char *rom_strdup(const char *text) {
     size_t size = 1;
     while (text[size - 1] != '\0')
         size++;
@@ -61,7 +71,7 @@ char *rom_strdup(const char *text) {
 }
 
 /* strtok_r and strsep, which the last argument tells apart. */
-char *rom_token(char *text, const char *ends, char **rest, int skips) {
+PLAIN char *rom_token(char *text, const char *ends, char **rest, int skips) {
     char *at = text != 0 ? text : *rest;
     if (at == 0)
         return 0;
@@ -116,7 +126,7 @@ enum { LINE_BUFFERED = 1, UNBUFFERED = 2, WRITES = 8, FAILED = 0x40, FREE = 0, R
 /* Between the flash chip's description and what Bluetooth would have. */
 #define POOL ((struct file *)0x3FFAE300)
 
-struct file *rom_sfp(struct reent *owner) {
+PLAIN struct file *rom_sfp(struct reent *owner) {
     for (int i = 0; i < FILES; i++) {
         struct file *file = &POOL[i];
         if (file->flags != FREE)

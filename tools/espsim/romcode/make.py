@@ -15,8 +15,6 @@ ROOT = Path(__file__).resolve().parents[3]
 HERE = Path(__file__).parent
 PLACE, WIDTH = 0x4006F000, 16
 LAYOUT = """ENTRY(rom_qsort)
-PROVIDE(strlen = 0x400014c0);
-PROVIDE(memset = 0x4000c44c);
 SECTIONS {{
     .text {place:#x} : SUBALIGN(4) {{ *(.literal .literal.* *.literal) *(.text .text.*) }}
 }}
