@@ -14,7 +14,6 @@ from slow import deep_but
 from store_pages import pages as stored_pages
 from wificnc.board.load import load_board
 from wificnc.board.model import Board
-from wificnc.build.checkout import checkout_root
 from wificnc.build.pic32mz import Pic32Build
 from wificnc.chip.image import Block, read_hex
 from wificnc.chip.job import as_axes, run_on_chip
@@ -129,22 +128,9 @@ def test_a_second_motor_that_is_mounted_the_other_way_round(gantry: Controller) 
     assert stands(gantry) == (HIGH - PULL_OFF, -(HIGH - PULL_OFF))
 
 
-@pytest.fixture(scope="module")
-def low_board(board: Board, tmp_path_factory: pytest.TempPathFactory) -> Board:
-    """Its second motor of Y has active-low step and direction lines."""
-    path = tmp_path_factory.mktemp("low") / "low.toml"
-    text = board.path.read_text()
-    for kind, pin in (("step", "RG1"), ("dir", "RG12")):
-        assert f'{kind} = "{pin}"\n' in text
-        text = text.replace(f'{kind} = "{pin}"\n', f'{kind} = {{ pin = "{pin}", active = "low" }}\n')
-    path.write_text(text)
-    return load_board(path)
-
-
-def test_lines_that_the_board_calls_active_low(low_board: Board) -> None:
+def test_lines_that_the_board_calls_active_low(laden_board: Board, laden_image: tuple[Block, ...]) -> None:
     """They rest high, the pulse is low, and low is the negative direction."""
-    build = build_image(low_board, checkout_root() / "build" / "tests" / "pic32mz" / "active_low")
-    with Controller(low_board, read_hex(build.hex.read_text())) as gantry:
+    with Controller(laden_board, laden_image) as gantry:
         gantry.boot()
         step, direction = gantry.pin("step_y2"), gantry.pin("dir_y2")
         assert (gantry.chip.level(step), gantry.chip.level(direction)) == (1, 1)
