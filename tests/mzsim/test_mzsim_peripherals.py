@@ -126,7 +126,6 @@ def test_watchdog(ready: VirtualChip) -> None:
     ready.write_register(WDTCON, 0x57430000 | ON)
     ready.run(2.0)
     assert ready.resets == 0
-    spin(ready)
     with pytest.raises(ChipFault, match="instruction ffffffff at bfc0000"):  # there is no program to start again
         ready.run(0.1)
     assert ready.resets == 1
