@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import shlex
 import subprocess
 import sys
 import venv
@@ -14,9 +13,9 @@ import pytest
 from chip import mock_chip
 from installed import missing
 from patience import BUILD_S
+from quick_compiler import quick_compiler
 from release_tree import ESP32_BOARDS, PAGE, PIC32MZ_BOARD, ROOT, Tree
 from wificnc import __version__
-from wificnc.build.compiler import locate_compiler
 from wificnc.flash.device import open_device
 from wificnc.flash.plan import Region
 from wificnc.linuxcnc.source import FILE_NAME, component_source
@@ -45,12 +44,8 @@ def clean_environment(**more: str) -> dict[str, str]:
 
 @pytest.fixture(scope="module")
 def compiler(tmp_path_factory: pytest.TempPathFactory) -> str:
-    """A folder for PATH with this computer's compiler, which does not optimise: that takes most of its time."""
-    folder = tmp_path_factory.mktemp("compiler")
-    program = folder / "cc"
-    program.write_text(f'#!/bin/sh\nexec {shlex.join(locate_compiler())} "$@" -O0\n')
-    program.chmod(0o755)
-    return f"{folder}{os.pathsep}"
+    """A folder for PATH."""
+    return f"{quick_compiler(tmp_path_factory.mktemp('compiler')).parent}{os.pathsep}"
 
 
 def wificnc(installed: Path, folder: Path, *arguments: object, path: str = "") -> str:
