@@ -38,6 +38,7 @@ PROGRAMS = {
     "improv": ("link/improv.c",),
     "ota": ("net/ota.c",),
     "charge_pump": ("io/charge_pump.c",),
+    "driver_bus": ("io/driver_bus.c",),
     "device_keys": ("app/device_keys.c", "io/pin_map.c", "store/nvs_device.c"),
     "pin_map": ("io/pin_map.c",),
     "policies": ("app/boot_guard.c", "net/link_policy.c", "net/update_trial.c", "net/wifi_policy.c"),

@@ -39,7 +39,6 @@ it("lights the laser around the outline only, at its share of $30, and puts the 
 
 it.each([
   ["outside of the travel", standing(), [-310, -90], WISH],
-  ["Z at its top already", standing({}, { machine_mm: [-50, -60, -2] }), MIN, WISH],
   ["a spindle instead of a laser", standing(), MIN, { ...WISH, power_pct: 1 }],
   ["a laser that would burn", standing({ 32: "1" }), MIN, { ...WISH, power_pct: 50 }],
   ["a lift that goes down", standing(), MIN, { ...WISH, lift_mm: -5 }],
@@ -51,3 +50,17 @@ it("says that an axis which was not homed may leave its travel", () => {
   const plan = planFrame(standing({}, { homed: "YZ" }), [-310, -90], MAX, WISH);
   expect(plan.kind === "go" && plan.frame.notes).toEqual([expect.stringContaining("X: not homed")]);
 });
+
+it.each([
+  [-2, ["$J=G21G91Z2F600", "$J=G21G91Z-2F600"], "Z lifts by 2.0 mm only"],
+  [0, [], "Z lifts by 0.0 mm only"],
+  [-5, ["$J=G21G91Z5F600", "$J=G21G91Z-5F600"], ""],
+])("lifts from Z %d no further than the travel", (z_mm, lifts, note) => {
+  const plan = planFrame(standing({}, { machine_mm: [-50, -60, z_mm] }), MIN, MAX, WISH);
+  expect(lines(plan).filter((line) => line.includes("Z"))).toEqual(lifts);
+  expect(plan.kind === "go" && plan.frame.notes.join()).toContain(note);
+  expect(plan.kind === "go" && plan.frame.notes.length).toBe(note ? 1 : 0);
+});
+
+it("lifts as far as it is told where the travel is not known", () =>
+  expect(lines(planFrame(standing({}, { machine_mm: [-50, -60, -2], homed: "XY" }), MIN, MAX, WISH))[0]).toBe("$J=G21G91Z5F600"));

@@ -21,7 +21,7 @@ from wificnc.job.estimate import Estimate
 from wificnc.job.expand import Start, expand, load_expand, needs_expansion
 from wificnc.job.fate import fate_lines, restart_words, wanted_line
 from wificnc.job.native import load_rebuild
-from wificnc.job.program import JobLine, Program, expanded_program, numbered, read_program
+from wificnc.job.program import JobLine, Program, expanded_program, read_program, ready
 from wificnc.job.resume import Approach, MachineFacts, Resume, plan_resume
 from wificnc.job.run import End, JobRun, Outcome, RunOptions
 from wificnc.keyboard import Keyboard
@@ -134,7 +134,7 @@ def send(client: Client, program: Program, options: SendOptions) -> tuple[Outcom
     with estimate(lines, settings, client) as times, check_mode(client, options.dry_run):
         run = RunOptions(built, options.keep_going or options.dry_run, options.dry_run, times, can_number, preamble)
         with Keyboard() as keys, JobDisplay(options.file.name) as display:
-            outcome = JobRun(client, numbered(lines) if can_number else lines, display, keys, run).run()
+            outcome = JobRun(client, ready(lines, can_number), display, keys, run).run()
     return outcome, restart_hint(program, outcome, facts, options)
 
 

@@ -1,8 +1,9 @@
 """A G-code file -> the lines that go to the controller.
 
-Comments and blanks stay here: that saves a third of the bytes, and a `!`, `?`, `~` or UTF-8 byte in a comment never
-gets near a controller, which would take it for a real-time command. The same bytes in code are an error before the
-job begins. Line numbers are those of the file, as editors and `wificnc sim` count them.
+Comments and blanks stay here, but for those that the controller keeps or shows (a tool's text, a tool change): that
+saves a third of the bytes, and a `!`, `?`, `~` or UTF-8 byte in a comment never gets near a controller, which would
+take it for a real-time command. The same bytes in code are an error before the job begins. Line numbers are those of
+the file, as editors and `wificnc sim` count them.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 
 from wificnc.errors import JobError
+from wificnc.link.typed import NOT_IN_A_COMMENT, kept_comment
 
 WORD = re.compile(r"([A-Z])([-+]?[0-9]*\.?[0-9]*)")
 CODE_CHARACTERS = frozenset(range(0x21, 0x7F)) - set(b"!?~")
@@ -36,6 +38,7 @@ class JobLine:
     number: int  # 1-based in the file; 0 = put in front by --from-line
     text: str  # as written in the file, for people
     wire: bytes
+    comment: bytes = b""  # in its brackets: what the controller keeps or shows of the line's comments
 
     @property
     def code(self) -> str:
@@ -132,13 +135,23 @@ def read_program(name: str, data: bytes) -> Program:
         elif why := why_not_in_a_job(code):
             faults.append(f"{name}:{number}: {why}")
         elif code:
-            lines.append(JobLine(number, printable(raw), code + b"\n"))
+            comment = kept_comment(raw.decode("utf-8", "replace"), code.decode("ascii")).encode("ascii", "replace")
+            if fault := _comment_fault(code, comment):
+                faults.append(f"{name}:{number}: {fault}: {printable(raw)}")
+            lines.append(JobLine(number, printable(raw), code + b"\n", comment))
     if faults:
         more = [f"and {len(faults) - FAULTS_SHOWN} more lines like these"] if len(faults) > FAULTS_SHOWN else []
         raise JobError("\n".join([*faults[:FAULTS_SHOWN], *more]), hint="nothing was executed; correct the file first")
     if not lines:
         raise JobError(f"{name} has no G-code")
     return Program(tuple(lines), len(raw_lines), marks)
+
+
+def _comment_fault(code: bytes, comment: bytes) -> str:
+    """Why a tool's text cannot be sent, or ""."""
+    if NOT_IN_A_COMMENT.search(comment.decode("ascii")):
+        return "a tool's text has letters without accents, digits and signs, but none of ! ? ~"
+    return "" if len(code + comment) <= LONGEST_CODE or b"G10" not in code else f"more than {LONGEST_CODE} characters"
 
 
 def why_not_in_a_job(code: bytes) -> str:
@@ -159,20 +172,27 @@ def expanded_program(name: str, source: Program, text: bytes, numbers: Sequence[
     return replace(source, lines=lines, expanded=True)
 
 
-def numbered(lines: Iterable[JobLine]) -> list[JobLine]:
-    """The lines with their numbers in the file as N words, so that reports say which one is being made (Ln:).
+def ready(lines: Iterable[JobLine], numbered: bool = True) -> list[JobLine]:
+    """The lines as they are sent: with the comments that the controller keeps or shows.
 
-    N words of the file's own give way. A line that would become too long goes without, a $ line as it is.
+    Args:
+        numbered: with their numbers in the file as N words, too, so that reports say which one is being made (Ln:). N
+            words of the file's own give way. A line that would become too long goes without its number, or without
+            what is only shown; a $ line as it is.
     """
-    return [_numbered(line) for line in lines]
+    return [_ready(line, numbered) for line in lines]
 
 
-def _numbered(line: JobLine) -> JobLine:
+def _ready(line: JobLine, numbered: bool) -> JobLine:
     if line.alone or not line.number:
         return line
-    code = OWN_NUMBER.sub("", line.code)
-    with_number = f"N{line.number}{code}"
-    return replace(line, wire=(with_number if len(with_number) <= LONGEST_CODE else code).encode("ascii") + b"\n")
+    code, comment = line.code, line.comment.decode("ascii")
+    whole = [code + comment]
+    if numbered:
+        code = OWN_NUMBER.sub("", code)
+        whole = [f"N{line.number}{code}{comment}", code + comment, f"N{line.number}{code}"]
+    fits = next((each for each in whole if len(each) <= LONGEST_CODE), code)
+    return replace(line, wire=fits.encode("ascii") + b"\n")
 
 
 def _byte_name(byte: int) -> str:

@@ -1,22 +1,53 @@
 """Lines that people and scripts write, on their way to a controller.
 
 Every byte from 0x80 on, and `!`, `?`, `~` and Ctrl-X, is a real-time command wherever it is in a line: the UTF-8 of
-one letter in a comment would open the safety door. Comments stay here; anything else of this kind is refused.
+one letter in a comment would open the safety door. Comments stay here, but for those that the controller keeps or
+shows; anything else of this kind is refused.
 """
 
 from __future__ import annotations
 
 import re
+import unicodedata
 
 from wificnc.errors import UserError
 
 COMMENT = re.compile(r"\([^)]*\)|\(.*$|;.*$")
+TOOL_ROW = re.compile(r"(?:N[0-9.]+)?G10(?![0-9]).*L1(?![0-9])")  # its comment is the tool's text
+TOOL_CHANGE = re.compile(r"M0*6(?![0-9.])")  # its comment is in the message
+BRACKETS = str.maketrans("()", "[]")  # the controller shows them as round ones
+NOT_IN_A_COMMENT = re.compile(r"[^ -~]|[!?~]")
 COMMANDS = {"!": "feed hold", "~": "resume", "?": "status report"}
 
 
 def typed_line(text: str) -> bytes:
-    """The line without its comments, with its end. Raises UserError: it holds what would act as a command."""
-    return wire_line(COMMENT.sub("", text))
+    """The line without its comments, but for what the controller keeps of them, with its end.
+
+    Raises UserError: it holds what would act as a command.
+    """
+    bare = COMMENT.sub("", text)
+    wire_line(bare)  # what is not a comment is refused first
+    return wire_line(bare + kept_comment(text, "".join(bare.split()).upper()))
+
+
+def kept_comment(text: str, code: str) -> str:
+    """What the controller keeps or shows of a line's comments, in one pair of brackets: a tool's text (G10 L1), and the
+    comment of a tool change (M6). It is that in brackets, or else that behind a semicolon. A tool's text is as it is
+    written, fit to be sent or not; what is only shown is in ASCII.
+
+    Args:
+        code: the line without blanks and comments, upper case.
+    """
+    is_row = TOOL_ROW.match(code)
+    if not is_row and not TOOL_CHANGE.search(code):
+        return ""
+    found = COMMENT.findall(text)
+    bracketed = [each for each in found if each[0] == "("]
+    parts = (each[1:].removesuffix(")") if each[0] == "(" else each[1:] for each in bracketed or found)
+    comments = "".join(parts).translate(BRACKETS)
+    if not is_row:
+        comments = NOT_IN_A_COMMENT.sub("", unicodedata.normalize("NFKD", comments)).strip()
+    return f"({comments.strip() or ' '})" if comments else ""
 
 
 def wire_line(line: str) -> bytes:

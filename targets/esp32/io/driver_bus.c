@@ -3,6 +3,7 @@
 
 #include "machine/motor_drivers.h"
 
+#include "driver/gpio.h"
 #include "driver/spi_master.h"
 #include "driver/uart.h"
 #include "esp_intr_alloc.h"
@@ -18,8 +19,10 @@ enum { SPI_HZ = 1000000, SPI_MODE = 3, QUEUE = 1, BITS = 8, NO_PIN_HERE = 255 };
 /* All of it is from the heap: boards with plain drivers have none. */
 struct driver_bus {
     uart_port_t port;
-    spi_device_handle_t device[DRIVER_COUNT_MAX];
-    spi_device_handle_t selected; /* of the transfer that is under way; NULL: none is */
+    spi_device_handle_t device;
+    uint8_t select[DRIVER_COUNT_MAX]; /* GPIO */
+    uint8_t select_count;
+    bool busy; /* a transfer is under way */
     bool late; /* ... which was given up: what it returns is no answer to what was asked since */
     spi_transaction_t transfer;
     uint8_t sent[TMC_BYTES_MAX], received[TMC_BYTES_MAX];
@@ -65,9 +68,9 @@ static const struct hal_driver_bus *start_uart(const struct driver_bus_wire *wir
 /* @return the transfer that was under way is over, or none was */
 static bool end_transfer(void) {
     spi_transaction_t *done;
-    if (bus->selected != NULL && spi_device_get_trans_result(bus->selected, &done, 0) == ESP_OK)
-        bus->selected = NULL;
-    return bus->selected == NULL;
+    if (bus->busy && spi_device_get_trans_result(bus->device, &done, 0) == ESP_OK)
+        bus->busy = false;
+    return !bus->busy;
 }
 
 /* A transfer that was given up is not over, as when interrupts were off for long: the next one is lost, too,
@@ -75,20 +78,20 @@ static bool end_transfer(void) {
 static void send_spi(struct hal *hal, uint8_t select, const uint8_t *bytes, size_t count) {
     (void)hal;
     bus->late = !end_transfer();
-    if (bus->late || count > sizeof bus->sent || select >= DRIVER_COUNT_MAX)
+    if (bus->late || count > sizeof bus->sent || select >= bus->select_count)
         return;
     memcpy(bus->sent, bytes, count);
     memset(&bus->transfer, 0, sizeof bus->transfer);
     bus->transfer.length = count * BITS;
     bus->transfer.tx_buffer = bus->sent;
     bus->transfer.rx_buffer = bus->received;
-    if (spi_device_queue_trans(bus->device[select], &bus->transfer, 0) == ESP_OK)
-        bus->selected = bus->device[select];
+    bus->transfer.user = &bus->select[select];
+    bus->busy = spi_device_queue_trans(bus->device, &bus->transfer, 0) == ESP_OK;
 }
 
 static size_t receive_spi(struct hal *hal, uint8_t *bytes, size_t size) {
     (void)hal;
-    const bool under_way = bus->selected != NULL;
+    const bool under_way = bus->busy;
     const size_t count = bus->transfer.length / BITS;
     if (!under_way || !end_transfer() || bus->late)
         return 0;
@@ -96,10 +99,26 @@ static size_t receive_spi(struct hal *hal, uint8_t *bytes, size_t size) {
     return count < size ? count : size;
 }
 
-static bool add_device(spi_host_device_t host, uint8_t pin, spi_device_handle_t *device) {
-    const spi_device_interface_config_t config = {
-        .mode = SPI_MODE, .clock_speed_hz = SPI_HZ, .spics_io_num = pin, .queue_size = QUEUE};
-    return spi_bus_add_device(host, &config, device) == ESP_OK;
+/* [ISR] The controller of an ESP32 has three select lines of its own: a GPIO for each driver instead. Its
+ * interrupt is not one that runs while the flash is written. */
+static void put_select(const spi_transaction_t *transfer, uint32_t level) {
+    const uint8_t *pin = transfer->user;
+    (void)gpio_set_level((gpio_num_t)*pin, level);
+}
+
+static void select_driver(spi_transaction_t *transfer) {
+    put_select(transfer, 0);
+}
+
+static void release_driver(spi_transaction_t *transfer) {
+    put_select(transfer, 1);
+}
+
+static bool start_select(uint8_t pin) {
+    if (pin == NO_PIN_HERE)
+        return false;
+    const gpio_config_t config = {.pin_bit_mask = 1ull << pin, .mode = GPIO_MODE_OUTPUT};
+    return gpio_set_level((gpio_num_t)pin, 1) == ESP_OK && gpio_config(&config) == ESP_OK;
 }
 
 /* Without DMA: 30 bytes are in the controller's own buffer. */
@@ -111,13 +130,22 @@ static const struct hal_driver_bus *start_spi(const struct driver_bus_wire *wire
                                      .sclk_io_num = wire->sclk,
                                      .quadwp_io_num = -1,
                                      .quadhd_io_num = -1};
-    if (spi_bus_initialize(host, &config, SPI_DMA_DISABLED) != ESP_OK)
-        return NULL;
-    for (unsigned select = 0; select < wire->select_count; select++)
-        if (wire->select[select] == NO_PIN_HERE ||
-            !add_device(host, wire->select[select], &bus->device[select]))
+    const spi_device_interface_config_t device = {.mode = SPI_MODE,
+                                                  .clock_speed_hz = SPI_HZ,
+                                                  .spics_io_num = -1,
+                                                  .queue_size = QUEUE,
+                                                  .pre_cb = select_driver,
+                                                  .post_cb = release_driver};
+    /* All of them before the first transfer: two drivers that are selected would both answer. */
+    for (unsigned n = 0; n < wire->select_count; n++)
+        if (!start_select(wire->select[n]))
             return NULL;
-    return &ops;
+    memcpy(bus->select, wire->select, sizeof bus->select);
+    bus->select_count = wire->select_count;
+    return spi_bus_initialize(host, &config, SPI_DMA_DISABLED) == ESP_OK &&
+                   spi_bus_add_device(host, &device, &bus->device) == ESP_OK
+               ? &ops
+               : NULL;
 }
 
 const struct hal_driver_bus *driver_bus_init(const struct driver_bus_wire *wire) {

@@ -35,10 +35,9 @@ export function planFrame(standing: Standing, min_mm: readonly number[], max_mm:
   if (!(wish.lift_mm >= 0 && wish.lift_mm <= 200)) return refuse(t`The lift must be from 0 to 200 mm: the outline never lowers Z.`);
   if (!(wish.power_pct >= 0 && wish.power_pct <= LASER_LIMIT_PCT)) return refuse(t`The power must be from 0 to ${LASER_LIMIT_PCT} %.`);
   if (wish.power_pct > 0 && !laser) return refuse(t`The laser needs laser mode ($${LASER_MODE}=1): without it this would turn a spindle.`);
-  const lift_mm = standing.machine_mm.length > Z ? wish.lift_mm : 0;
-  for (const axis of [X, Y, ...(lift_mm > 0 ? [Z] : [])]) {
-    const [low, high] = axis === Z ? [standing.machine_mm[Z]!, standing.machine_mm[Z]! + lift_mm] : [min_mm[axis]!, max_mm[axis]!];
-    const why = outside(standing, axis, low, high);
+  const lift_mm = standing.machine_mm.length > Z ? Math.min(wish.lift_mm, room(standing)) : 0;
+  for (const axis of [X, Y]) {
+    const why = outside(standing, axis, min_mm[axis]!, max_mm[axis]!);
     if (why) return refuse(why);
   }
   const corners: [number, number][] = [
@@ -55,6 +54,7 @@ export function planFrame(standing: Standing, min_mm: readonly number[], max_mm:
   const down = lift_mm > 0 ? [`$J=G21G91Z${number(-lift_mm)}F${number(Math.min(600, wish.feed_mm_min))}`] : [];
   const unplaced = [X, Y].filter((axis) => !standing.homed.includes(AXES[axis]!)).map((axis) => AXES[axis]);
   const notes = unplaced.length > 0 ? [t`${unplaced.join(t` and `)}: not homed, so whether the outline stays within the travel is not known.`] : [];
+  if (standing.machine_mm.length > Z && lift_mm < wish.lift_mm) notes.push(t`Z lifts by ${lift_mm.toFixed(1)} mm only: that is the end of its travel.`);
   return { kind: "go", frame: { lines: [...up, jog(corners[0]!), ...around, jog(begin), ...down], notes } };
 }
 
@@ -69,6 +69,12 @@ function lit(standing: Standing, corners: readonly [number, number][], wish: Fra
     "M5",
     ["G0", ...words, ...feed].join(""),
   ];
+}
+
+/** How far Z can lift, mm. */
+function room(standing: Standing): number {
+  const isKnown = Number(standing.settings.get(TRAVEL + Z)) > 0 && standing.homed.includes("Z");
+  return isKnown ? Math.max(0, Math.floor(-standing.machine_mm[Z]! * 1000) / 1000) : Infinity;
 }
 
 function outside(standing: Standing, axis: number, low_mm: number, high_mm: number): string {

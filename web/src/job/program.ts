@@ -1,9 +1,9 @@
 /**
- * A G-code file -> the lines that go to the controller. Comments and blanks stay here: a `!`, `?`, `~` or a byte of an
- * `ü` in a comment would be a command. Line numbers are those of the file.
+ * A G-code file -> the lines that go to the controller. Comments and blanks stay here, but for the comments that the controller
+ * keeps or shows: a `!`, `?`, `~` or a byte of an `ü` in one would be a command. Line numbers are those of the file.
  */
+import { keptComment } from "../link/line";
 import { t } from "../words";
-
 
 export interface JobLine {
   /** 1-based in the file. */
@@ -12,6 +12,8 @@ export interface JobLine {
   text: string;
   /** Without comments and blanks, upper case; no line end. */
   code: string;
+  /** What the controller keeps or shows of its comments, in brackets. */
+  comment?: string;
 }
 
 export interface Program {
@@ -44,12 +46,13 @@ const OWN_NUMBER = /^N[0-9.]+|(?<=[0-9.])N[0-9.]+/g;
 /** N words above this are an error of the controller's. */
 const LAST_NUMBER = 10_000_000;
 
-/** The line with its number in the file as its N word, so that reports name it (`Ln:`) while it is moved. A `$` line, one
- * that would become too long and one that is not of the file go as they are. */
-export function numbered(line: JobLine): string {
-  if (line.code.startsWith("$") || line.number === 0 || line.number > LAST_NUMBER) return line.code;
-  const code = `N${line.number}${line.code.replace(OWN_NUMBER, "")}`;
-  return code.length <= LONGEST_CODE ? code : line.code.replace(OWN_NUMBER, "");
+/** The line as it is sent: with its number in the file as its N word, so that reports name it (`Ln:`) while it is moved. A `$` line and
+ * one that is not of the file go as they are; one that would become too long goes without, or without what is only shown. */
+export function numbered({ number, code, comment = "" }: JobLine): string {
+  if (code.startsWith("$") || number === 0) return code;
+  const bare = code.replace(OWN_NUMBER, "");
+  const name = number > LAST_NUMBER ? "" : `N${number}`;
+  return [name + bare + comment, bare + comment, name + bare].find((each) => each.length <= LONGEST_CODE) ?? bare;
 }
 
 /** LF, CR and CR LF end a line, and nothing else does. */
@@ -67,10 +70,11 @@ export function readProgram(name: string, source: string): Program {
   all.forEach((text, i) => {
     const code = codeOf(text);
     if (code === "" || MARK.test(code)) return;
+    const comment = keptComment(text, code);
     if (O_LINE.test(code)) faults.push(t`line ${i + 1}: O words cannot run in a stream: convert the file with wificnc expand`);
-    else if (FORBIDDEN.test(code)) faults.push(t`line ${i + 1}: characters that a controller reads as commands`);
-    else if (code.length > LONGEST_CODE) faults.push(t`line ${i + 1}: more than ${LONGEST_CODE} characters of code`);
-    lines.push({ number: i + 1, text: text.trim(), code });
+    else if (FORBIDDEN.test(code + comment.replace(/ /g, ""))) faults.push(t`line ${i + 1}: characters that a controller reads as commands`);
+    else if ((code.includes("G10") ? code + comment : code).length > LONGEST_CODE) faults.push(t`line ${i + 1}: more than ${LONGEST_CODE} characters of code`);
+    lines.push({ number: i + 1, text: text.trim(), code, ...(comment && { comment }) });
   });
   if (faults.length > 0) {
     const more = faults.length > FAULTS_SHOWN ? t`; and ${faults.length - FAULTS_SHOWN} more` : "";

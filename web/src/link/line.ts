@@ -21,19 +21,31 @@ export function realtimeOf(text: string): RealtimeName | null {
   return REALTIME[text.trim()]?.name ?? null;
 }
 
-/** Of the tool table: its comment is the text of the tool. */
-const TOOL_ROW = /^G10(?!\d).*L1(?!\d)/i;
-const AFTER_LINE = /;.*$/;
+/** Of the tool table: its comment is the text of the tool. That of a tool change is in the message. */
+const TOOL_ROW = /^(?:N[\d.]+)?G10(?!\d).*L1(?!\d)/i;
+const TOOL_CHANGE = /M0*6(?![\d.])/i;
+const NOT_SHOWN = /[^\x20-\x7e]|[!?~]/g;
 
-/** The line without its comments, but for the text of a tool. Throws LineError when the rest holds what would act as a command. */
+/** What the controller keeps or shows of a line's comments (those in brackets if there are any), in one pair of brackets: a tool's text
+ * as it is written, what is only shown in ASCII. @param code  the line without comments and blanks */
+export function keptComment(text: string, code: string): string {
+  const isRow = TOOL_ROW.test(code);
+  const all = isRow || TOOL_CHANGE.test(code) ? (text.match(COMMENT) ?? []) : [];
+  const bracketed = all.filter((comment) => comment.startsWith("("));
+  let said = (bracketed.length > 0 ? bracketed : all).map((comment) => comment.replace(/^.|(?<=^\(.*)\)$/g, "")).join("");
+  said = said.replace(/\(/g, "[").replace(/\)/g, "]"); // shown as round ones
+  if (!isRow) said = said.normalize("NFKD").replace(NOT_SHOWN, "").trim();
+  return said && `(${said.trim() || " "})`;
+}
+
+/** The line without its comments, but for those. Throws LineError when it holds what would act as a command. */
 export function typedLine(text: string): string {
   const bare = text.replace(COMMENT, "").trim();
   checkLine(bare);
-  if (!TOOL_ROW.test(bare.replace(/\s/g, ""))) return bare;
-  const line = text.replace(AFTER_LINE, "").trim();
-  if (NOT_PRINTABLE.test(line)) throw new LineError(t`A text has letters without accents, digits and signs, but no brackets and none of | ! ? ~`);
-  checkLine(line);
-  return line;
+  const comment = keptComment(text, bare.replace(/\s/g, ""));
+  if (NOT_PRINTABLE.test(comment)) throw new LineError(t`A text has letters without accents, digits and signs, but no brackets and none of | ! ? ~`);
+  checkLine(comment);
+  return bare + comment;
 }
 
 /** Throws LineError when a line holds anything but printable ASCII, or a real-time command. */

@@ -16,16 +16,20 @@ typedef struct {
     int mosi_io_num, miso_io_num, sclk_io_num, quadwp_io_num, quadhd_io_num;
 } spi_bus_config_t;
 
+typedef struct spi_transaction_t spi_transaction_t;
+struct spi_transaction_t {
+    size_t length; /* bits */
+    void *user;
+    const void *tx_buffer;
+    void *rx_buffer;
+};
+
 typedef struct {
     uint8_t mode;
     int clock_speed_hz, spics_io_num, queue_size;
+    void (*pre_cb)(spi_transaction_t *transaction); /* [ISR] once clock and mode are set */
+    void (*post_cb)(spi_transaction_t *transaction);
 } spi_device_interface_config_t;
-
-typedef struct {
-    size_t length; /* bits */
-    const void *tx_buffer;
-    void *rx_buffer;
-} spi_transaction_t;
 
 typedef struct spi_device *spi_device_handle_t;
 
