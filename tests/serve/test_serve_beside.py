@@ -18,7 +18,6 @@ IN_FLIGHT = 200  # lines of the job that wait for their answers
 WRONG_EVERY = 13
 MEGABYTE = 1 << 20
 CONNECTIONS = 40
-SOME_CONNECTIONS = 12  # more than a controller has room for; each takes half a second where the job runs under ASan
 
 Fault = Callable[[Server], Iterator[None]]
 
@@ -84,7 +83,7 @@ def pushed(peer: Peer, data: bytes, read: bool = True) -> Iterator[None]:
 
 
 def connections(server: Server) -> Iterator[None]:
-    for n in range(SOME_CONNECTIONS if server.options.speed == 0 else CONNECTIONS):
+    for n in range(CONNECTIONS):
         peer = connect(server)
         peer.send("G0X"[: n % 4])
         yield
