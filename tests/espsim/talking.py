@@ -10,7 +10,8 @@ from pathlib import Path
 import images
 from espsim import bare
 from espsim import code as c
-from espsim.program import BARE, LEVEL5_VECTOR, REAL, ROOT, USER_VECTOR, timer_handler
+from espsim.program import BARE, LEVEL5_VECTOR, REAL, ROOT, SHIFTED, USER_VECTOR, timer_handler
+from wificnc.board.model import Board
 from wificnc.chip.espsim import Chip
 from wificnc.chip.image import elf_symbols
 from xtensa.toolchain import Toolchain
@@ -24,11 +25,13 @@ CALLX8_A8 = c.wide(0, 14, 8)
 PT_LOAD = 1
 
 
-def build(tools: Toolchain) -> Path:
-    """The ELF file."""
-    sources = [*sorted((ROOT / "core").rglob("*.c")), *(ROOT / name for name in REAL)]
+def build(tools: Toolchain, board: Board | None = None) -> Path:
+    """The ELF file. @param board  None: esp32-wroom32"""
+    real = (*REAL, *SHIFTED) if board is not None and board.step.engine == "i2s" else REAL
+    sources = [*sorted((ROOT / "core").rglob("*.c")), *(ROOT / name for name in real)]
     own = [*(path for path in sorted(BARE.glob("*.c")) if path.name != "main.c"), TALK / "main.c"]
-    return bare.build(tools, ROOT, Chip.ESP32, sources, own, ROOT / "build" / "espsim" / "talk")
+    output = ROOT / "build" / "espsim" / ("talk" if board is None else f"talk-{board.id}")
+    return bare.build(tools, ROOT, Chip.ESP32, sources, own, output, board)
 
 
 def application(elf: bytes, project: bytes = b"wificnc") -> bytes:
@@ -72,8 +75,8 @@ def segments(elf: bytes) -> list[tuple[int, bytes]]:
     return sorted((address, elf[at : at + n]) for kind, at, address, _, n in rows if kind == PT_LOAD and n)
 
 
-def make_folder(folder: Path, elf: bytes, app: bytes) -> Path:
-    """As `wificnc build esp32-wroom32` leaves it."""
+def make_folder(folder: Path, elf: bytes, app: bytes, board: str = "esp32-wroom32") -> Path:
+    """As `wificnc build` leaves it."""
     merged = images.merged(0, app)
     code = images.BOOTLOADER_CODE[0]
     files = {
@@ -88,5 +91,5 @@ def make_folder(folder: Path, elf: bytes, app: bytes) -> Path:
     rows = [
         {"name": name, "size": len(data), "sha256": hashlib.sha256(data).hexdigest()} for name, data in files.items()
     ]
-    (folder / "build.json").write_text(json.dumps({"board": "esp32-wroom32", "artefacts": rows}))
+    (folder / "build.json").write_text(json.dumps({"board": board, "artefacts": rows}))
     return folder

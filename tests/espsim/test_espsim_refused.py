@@ -177,7 +177,6 @@ def test_a_marked_radio_is_answered(capsys: pytest.CaptureFixture[str], tmp_path
     ("board", "says", "code"),
     [
         ("esp32s3-devkitc", "the virtual ESP32-S3 cannot run a firmware yet", Exit.USAGE),
-        ("mks-tinybee", "steps by shift registers (I2SO.", Exit.USAGE),
         ("host", "board host has no image", Exit.BUILD),
     ],
 )

@@ -122,7 +122,7 @@ def test_settings_are_kept_in_a_file(build: Pic32Build, tmp_path: Path) -> None:
     ("options", "said"),
     [
         (["--set", "$0=2000"], "the controller refuses $0=2000"),
-        (["--control", "0"], "--control and --wmc3 are not available for a chip"),
+        (["--wmc3", "127.0.0.1"], "--wmc3 needs the image's Ethernet, which is not there"),
         (["--tcp", "256.0.0.1:0"], "cannot listen at"),
     ],
 )

@@ -1,5 +1,6 @@
 """Real senders: installed by name from their registries into build/senders, and driven without hands; against the
-host's controller, and against the PIC32MZ's real image in the virtual chip."""
+host's controller, against the PIC32MZ's real image in the virtual chip, and over the Ethernet of an ESP32's, where
+there is one (esp_process.py)."""
 
 from __future__ import annotations
 
@@ -10,6 +11,7 @@ from contextlib import ExitStack
 from pathlib import Path
 
 import pytest
+from esp_process import IMAGE, EspProcess
 from image_fixture import ALL_ON_CHIP, board, build, image
 from installed import install, missing
 from job import KEY
@@ -29,12 +31,17 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     if "server" in metafunc.fixturenames:
         on_chip = ALL_ON_CHIP or metafunc.definition.name in ON_CHIP_ALWAYS
         here = "locked" if metafunc.definition.name in BEHIND_A_LOGIN else "host"
-        metafunc.parametrize("server", [here, "chip"] if on_chip else [here], indirect=True)
+        where = [here, *["chip"] * on_chip, *["esp"] * bool(IMAGE)]
+        metafunc.parametrize("server", where, indirect=True)
 
 
 @pytest.fixture
-def server(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Server | ChipProcess]:
+def server(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Server | ChipProcess | EspProcess]:
     """250 steps/mm, 5000 mm/min, 500 mm/s2, at a pseudo-terminal and at TCP."""
+    if request.param == "esp":
+        with EspProcess(tmp_path) as process:
+            yield process
+        return
     if request.param != "chip":
         key = KEY if request.param == "locked" else ""
         yield request.getfixturevalue("serve")(speed=SPEED, pty=True, key=key)

@@ -16,8 +16,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from esp_process import EspProcess
 from installed import missing
-from job import KEY, write_job
+from job import write_job
 from patience import HANG_S
 from relay import Relay
 from serve_chip import ChipProcess
@@ -38,7 +39,7 @@ def drive(argv: list[str], packages: Path | None = None) -> dict[str, Any]:
     return result
 
 
-def check(server: Server | ChipProcess, saw: dict[str, Any], end: list[float]) -> None:
+def check(server: Server | ChipProcess | EspProcess, saw: dict[str, Any], end: list[float]) -> None:
     """No error on the way; the sender's position, the controller's, and the program's end are one."""
     assert server.tcp
     assert saw["errors"] == []
@@ -48,7 +49,7 @@ def check(server: Server | ChipProcess, saw: dict[str, Any], end: list[float]) -
         assert watcher.idle_position_mm()[:3] == end
 
 
-def test_plain_character_counting(server: Server, tmp_path: Path) -> None:
+def test_plain_character_counting(server: Server | EspProcess, tmp_path: Path) -> None:
     end = write_job(tmp_path / "job.nc")
     assert server.options.pty
     with Peer.serial(server.options.pty) as peer:
@@ -58,18 +59,21 @@ def test_plain_character_counting(server: Server, tmp_path: Path) -> None:
 
 
 def run_job(
-    server: Server | ChipProcess, tmp_path: Path, command: Callable[[str], list[str]], packages: Path | None = None
+    server: Server | ChipProcess | EspProcess,
+    tmp_path: Path,
+    command: Callable[[str], list[str]],
+    packages: Path | None = None,
 ) -> tuple[Any, Any]:
     """What a sender shows of a controller that is locked, if it is; and what it saw of a job to its end, which it runs
     at a serial port, or over the network after one login from its computer."""
     end, shown = write_job(tmp_path / "job.nc"), None
     with ExitStack() as stack:
         port = str(server.options.pty)
-        if isinstance(server, Server) and server.options.key:
+        if not isinstance(server, ChipProcess) and server.options.key:
             assert server.tcp
             with Relay(server.tcp) as relay:
                 shown = drive(command(relay.path), packages)
-            login.main([server.tcp, "--key", KEY], standalone_mode=False)
+            login.main([server.tcp, "--key", server.options.key], standalone_mode=False)
             port = stack.enter_context(Relay(server.tcp)).path
         saw = drive([*command(port), str(tmp_path / "job.nc")], packages)
     check(server, saw, end)
@@ -77,7 +81,7 @@ def run_job(
 
 
 @pytest.mark.slow
-def test_grbl_streamer(server: Server, tmp_path: Path, from_pypi: Callable[..., Path]) -> None:
+def test_grbl_streamer(server: Server | EspProcess, tmp_path: Path, from_pypi: Callable[..., Path]) -> None:
     packages = from_pypi("grbl-streamer", "grbl-streamer==2.0.2", "gcode-machine==1.0.3", "pyserial==3.5")
     driver = str(HERE / "drive_grbl_streamer.py")
     shown, _ = run_job(server, tmp_path, lambda port: [sys.executable, driver, port], packages)
@@ -85,7 +89,7 @@ def test_grbl_streamer(server: Server, tmp_path: Path, from_pypi: Callable[..., 
 
 
 @pytest.mark.slow
-def test_bcnc_sender(server: Server, tmp_path: Path, from_pypi: Callable[..., Path]) -> None:
+def test_bcnc_sender(server: Server | EspProcess, tmp_path: Path, from_pypi: Callable[..., Path]) -> None:
     if importlib.util.find_spec("tkinter") is None:
         missing("bCNC's modules import tkinter (Debian: apt-get install python3-tk)")
     packages = from_pypi(
@@ -120,7 +124,7 @@ def cncjs_server(directory: Path, scratch: Path) -> Iterator[str]:
 
 
 @pytest.mark.slow
-def test_cncjs(server: Server, tmp_path: Path, from_npm: Callable[..., Path]) -> None:
+def test_cncjs(server: Server | EspProcess, tmp_path: Path, from_npm: Callable[..., Path]) -> None:
     directory = from_npm("cncjs", "cncjs@1.11.5")
     with cncjs_server(directory, tmp_path) as url:
         driver = str(HERE / "drive_cncjs.js")

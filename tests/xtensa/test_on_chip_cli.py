@@ -20,6 +20,7 @@ from wificnc.app import main
 from wificnc.board.load import load_board
 from wificnc.chip.esp_image import load_image
 from wificnc.chip.esp_machine import EspMachine
+from wificnc.chip.slirp import has_slirp
 from wificnc.chip.wired import greet
 from wificnc.errors import Exit
 from wificnc.sim.run import SimOptions, simulate
@@ -28,6 +29,16 @@ from xtensa.toolchain import Toolchain
 
 ROOT = Path(__file__).resolve().parents[2]
 BOARD = "esp32-wroom32"
+SHIFTED = "mks-tinybee"
+ETHERNET = """
+[ethernet]
+chip = "w5500"
+spi_host = "SPI3"
+mosi = "GPIO23"
+miso = "GPIO19"
+sclk = "GPIO18"
+cs = { pin = "GPIO5", allow = { strapping = "pulled up by the chip" } }
+"""
 JOB = "G21G90\nG1X2F1500\nG2X4Y2I0J2\nM0\nG1X0Y0Z1A1\n"
 NVS_SIZE = 0x6000  # partitions.csv
 
@@ -39,6 +50,24 @@ def build(tools: Toolchain, tmp_path_factory: pytest.TempPathFactory) -> Path:
         pytest.skip(said)
     elf = talking.build(tools).read_bytes()
     return talking.make_folder(tmp_path_factory.mktemp("build") / BOARD, elf, talking.application(elf))
+
+
+@pytest.fixture(scope="module")
+def shifted(tools: Toolchain, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The same of a board whose steps leave by shift registers."""
+    if said := windows.missing(tools):
+        pytest.skip(said)
+    elf = talking.build(tools, load_board(SHIFTED)).read_bytes()
+    return talking.make_folder(tmp_path_factory.mktemp("build") / SHIFTED, elf, talking.application(elf), SHIFTED)
+
+
+@pytest.fixture
+def ethernet(tmp_path: Path) -> Path:
+    """That board with a W5500: of no product. Its image does not know of it."""
+    text = (ROOT / "boards" / f"{SHIFTED}.toml").read_text()
+    path = tmp_path / "ethernet.toml"
+    path.write_text(text + ETHERNET)
+    return path
 
 
 @pytest.fixture
@@ -104,6 +133,19 @@ def test_pins_as_csv_and_vcd(build: Path, job: Path, tmp_path: Path) -> None:
     vcd = (tmp_path / "pins.vcd").read_text()
     assert "$timescale 1 ns $end" in vcd and "step_x_GPIO25 $end" in vcd
     assert vcd.partition("$dumpvars")[2].partition("$end")[2].count(f"1{chr(33 + 25)}\n") == 250
+
+
+def test_a_job_leaves_by_shift_registers(shifted: Path, job: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Both ways of both axes: registers come up with all outputs high, and a direction that stays so has no edge."""
+    job.write_text("G21G91\nG1X-2Y1F900\nX2Y-1\nX1\n")
+    options = ("--board", SHIFTED, "--on-chip", shifted)
+    assert wificnc("sim", job, *options) == Exit.OK
+    said = capsys.readouterr().out
+    assert "the same steps" in said and "position    250, 0, 0, 0, 0 steps" in said
+    assert wificnc("sim", job, *options, "--trace", job.with_suffix(".vcd")) == Exit.OK
+    assert "step_x_I2SO.1 $end" in job.with_suffix(".vcd").read_text()
+    assert wificnc("sim", job, *options, "--at", "1s I2SO.1 low") == Exit.USAGE
+    assert "i2so.1 is an output of a shift register, and cannot be driven" in capsys.readouterr().err
 
 
 def test_a_refused_line_is_named(build: Path, job: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -185,13 +227,23 @@ def test_the_settings_partition_is_kept(build: Path, tmp_path: Path) -> None:
 
 
 @contextmanager
-def serving(*options: object) -> Iterator[str]:
+def serving(*options: object, board: object = BOARD) -> Iterator[dict[str, str]]:
     """A server, and where it listens."""
-    command = [sys.executable, "-m", "wificnc", "serve", "--board", BOARD, "--tcp", "127.0.0.1:0", *map(str, options)]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, cwd=ROOT)
+    command = [sys.executable, "-m", "wificnc", "serve", "--board", board, "--tcp", "127.0.0.1:0", "--control", "0"]
+    process = subprocess.Popen(
+        [str(word) for word in (*command, *options)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        cwd=ROOT,
+    )
+    doors: dict[str, str] = {}
     try:
         assert process.stdout
-        yield process.stdout.readline().split()[1]
+        while "control" not in doors:
+            name, where = process.stdout.readline().split()
+            doors[name] = where
+        yield doors
     finally:
         process.terminate()
         process.wait(HANG_S)
@@ -199,20 +251,31 @@ def serving(*options: object) -> Iterator[str]:
             process.stdout.close()
 
 
+def connect(where: str) -> socket.socket:
+    host, port = where.split(":")
+    return socket.create_connection((host, int(port)), HANG_S)
+
+
+def until(client: socket.socket, wanted: bytes) -> bytes:
+    said = b""
+    while wanted not in said:
+        data = client.recv(4096)
+        assert data, said
+        said += data
+    return said
+
+
 def test_a_job_by_tcp_and_a_file_of_settings(build: Path, job: Path, tmp_path: Path) -> None:
     """Streamed by our own sender, as fast as the computer can; the settings' partition is kept."""
     job.write_text("G21G90\nG1X10F3000\nX0\nM30\n")
     store = tmp_path / "settings.bin"
-    with serving("--on-chip", build, "--speed", "max", "--settings", store) as address:
-        command = [sys.executable, "-m", "wificnc", "send", str(job), "--to", f"tcp://{address}"]
+    with serving("--on-chip", build, "--speed", "max", "--settings", store) as doors:
+        command = [sys.executable, "-m", "wificnc", "send", str(job), "--to", f"tcp://{doors['tcp']}"]
         run = subprocess.run(command, capture_output=True, text=True, timeout=HANG_S, cwd=ROOT, check=False)
         assert run.returncode == 0, run.stdout + run.stderr
-        host, port = address.split(":")
-        with socket.create_connection((host, int(port)), HANG_S) as client:
+        with connect(doors["tcp"]) as client:
             client.sendall(b"?")
-            said = b""
-            while b">" not in said:
-                said += client.recv(4096)
+            said = until(client, b">")
         assert b"MPos:0.000,0.000,0.000" in said
     assert store.stat().st_size == NVS_SIZE
 
@@ -224,6 +287,81 @@ def test_settings_of_another_board(build: Path, tmp_path: Path, capsys: pytest.C
     assert wificnc("serve", *options) == Exit.USAGE
     assert f"has 100 bytes, not the {NVS_SIZE} of the settings' partition" in capsys.readouterr().err
     assert store.read_bytes() == bytes(100)
+
+
+def ask(client: socket.socket, line: str) -> str:
+    """A line of the control port."""
+    client.sendall(line.encode() + b"\n")
+    return until(client, b"\n").decode().strip()
+
+
+def test_the_control_port_has_hands_at_the_pins(build: Path) -> None:
+    """Levels are those of the chip's pins, the position is that of the pulses, and a switched off chip starts again."""
+    with serving("--on-chip", build, "--speed", "max") as doors, connect(doors["control"]) as control:
+        pins = dict(zip((words := ask(control, "pins").split())[::2], words[1::2], strict=True))
+        assert pins["limit_x"] == "1" and pins["step_x"] == "0"
+        assert ask(control, "limit_x low") == ask(control, "GPIO39 low") == "ok"
+        pins = dict(zip((words := ask(control, "pins").split())[::2], words[1::2], strict=True))
+        assert (pins["limit_x"], pins["limit_y"], pins["limit_z"]) == ("0", "0", "1")
+        with connect(doors["tcp"]) as client:
+            client.sendall(b"G21G91\nG1X1Y-2F3000\nG4P0\n")
+            said = until(client, b"ok\r\nok\r\nok\r\n")
+            assert ask(control, "position") == "250 -500 0 0 0 0"
+            assert ask(control, "power") == "ok"
+            said = until(client, b"['$' for help]")
+            assert b"Grbl 1.1h" in said
+        assert ask(control, "link down") == "error: this chip has no cable (--network)"
+        assert ask(control, "GPIO77 low").startswith("error: 'GPIO77 low' is not one of: PIN or SIGNAL high")
+        assert ask(control, "") == "ok"
+
+
+def test_a_board_with_ethernet_is_reached_there(shifted: Path, ethernet: Path) -> None:
+    """A call of this computer is one of the image's network, which this image does not answer; its wire is the
+    pseudo-terminal's alone. Of shift registers no output can be driven."""
+    if not has_slirp():
+        pytest.skip("no libslirp: apt-get install libslirp0")
+    application = shifted / "firmware.bin"
+    with serving("--on-chip", application, "--network", "user", "--wmc3", "127.0.0.82", board=ethernet) as doors:
+        assert doors["wmc3"] == "127.0.0.82"
+        with connect(doors["tcp"]) as client, connect(doors["control"]) as control:
+            assert ask(control, "link down") == ask(control, "link up") == "ok"
+            assert ask(control, "I2SO.1 low").endswith("is an output of a shift register, and cannot be driven")
+            client.sendall(b"?")
+            client.setblocking(False)
+            with pytest.raises(BlockingIOError):
+                client.recv(100)
+
+
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        (("--network", "user"), "--network user: board esp32-wroom32 has no [ethernet] in its board file"),
+        (("--wmc3", "127.0.0.1"), "--wmc3 needs the image's Ethernet, which is not there"),
+        (("--key", "abc"), "--key and --open are of controllers that run on this computer"),
+    ],
+)
+def test_what_an_image_without_ethernet_cannot_serve(
+    build: Path, options: tuple[str, ...], says: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert wificnc("serve", "--board", BOARD, "--on-chip", build, *options) in (Exit.USAGE, Exit.DEVICE)
+    assert says in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("network", "says"),
+    [("lan", "--network 'lan' is not a network"), ("tap:none/there", "is not the name of a TAP device")],
+)
+def test_networks_that_there_are_not(
+    shifted: Path, ethernet: Path, network: str, says: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    options = ("--board", ethernet, "--on-chip", shifted / "firmware.bin", "--network", network, "--tcp", "off")
+    assert wificnc("serve", *options, "--pty", shifted / "tty") == Exit.DEVICE
+    assert says in capsys.readouterr().err
+
+
+def test_a_network_is_of_a_chip(capsys: pytest.CaptureFixture[str]) -> None:
+    assert wificnc("serve", "--network", "user") == Exit.USAGE
+    assert "--network is of an image that runs in the virtual chip" in capsys.readouterr().err
 
 
 # ---- flash ----

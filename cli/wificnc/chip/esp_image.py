@@ -73,12 +73,6 @@ def _check_board(board: Board) -> None:
         raise BuildError(f"board {board.id} has no image for the virtual ESP32")
     if board.chip != "esp32":
         raise UserError(f"{board.id}: {NOT_YET}", hint="--board esp32-wroom32; or run without --on-chip")
-    other = next((pin for name, pin in board.pin_names().items() if "step" in name and "GPIO" not in pin), None)
-    if other:
-        raise UserError(
-            f"{board.id} steps by shift registers ({other}): --on-chip does not read their outputs yet",
-            hint="--board esp32-wroom32; or run without --on-chip",
-        )
 
 
 def _from_folder(folder: Path, board: Board) -> EspImage:

@@ -11,13 +11,14 @@ from pathlib import Path
 from wificnc.board.model import Board, Role, Use
 from wificnc.board.wire import InputWire
 from wificnc.chip.esp_image import EspImage
-from wificnc.chip.espsim import CPU_HZ, Chip, ChipFault, Stop, VirtualChip
+from wificnc.chip.espsim import CPU_HZ, SHIFT_FIRST, Chip, ChipFault, Stop, VirtualChip
 from wificnc.errors import UserError
 
 STEP = struct.Struct("<QBB6x")  # as mz_step
 SAME_EVENT = 100  # cycles in which edges belong to one step event: both halves of the pins
 FAILED = 0xFFFFFFFF  # ESP_FAIL
 RADIO = "esp_wifi_init"
+SHIFT_PIN = "I2SO."
 SWITCHES = (Role.LIMIT, Role.PROBE, Role.ESTOP, Role.MISC_IN)
 
 
@@ -35,6 +36,7 @@ class EspMachine:
         self._motors = _Motors(board)
         self._rest = [(gpio(use.pin), int(_is_low(use))) for use in board.uses() if _is_switch(use)]
         try:
+            self._wire(board)
             self._load()
             self._chip.record_edges()
         except BaseException:
@@ -49,6 +51,14 @@ class EspMachine:
 
     def close(self) -> None:
         self._chip.__exit__()
+
+    def _wire(self, board: Board) -> None:
+        """What is outside of the chip, but for its motors and switches."""
+        if board.i2so is not None:
+            clock, data, latch = (gpio(wire.pin) for wire in (board.i2so.bck, board.i2so.data, board.i2so.ws))
+            self._chip.wire_shift_registers(clock, data, latch)
+        if board.ethernet is not None:  # ESP-IDF's number of a host is one less; its first device has select line 0
+            self._chip.wire_w5500(board.spi_host_number + 1, 0)
 
     def _load(self) -> None:
         image = self._image
@@ -141,6 +151,8 @@ class EspMachine:
         return edges
 
     def level(self, pin: int) -> int:
+        if pin >= SHIFT_FIRST:
+            return self._chip.shift_outputs() >> (pin - SHIFT_FIRST) & 1
         return self._chip.level(pin)
 
     def drive(self, pin: int, level: int | None) -> None:
@@ -157,6 +169,20 @@ class EspMachine:
     def position(self, motor: int) -> int:
         """Where it really is, steps."""
         return self._motors.position[motor]
+
+    # ---- Ethernet ----
+
+    def set_link(self, up: bool) -> None:
+        """The cable is in, or out."""
+        self._chip.set_link(up)
+
+    def put_frame(self, frame: bytes) -> bool:
+        """@return whether the W5500 has taken it"""
+        return self._chip.put_frame(frame)
+
+    def take_frames(self) -> list[bytes]:
+        """What it has sent since the last call."""
+        return list(iter(self._chip.take_frame, b""))
 
     # ---- flash ----
 
@@ -192,7 +218,8 @@ class _Motors:
         self.position = [0] * len(motors)
         self._step = {gpio(motor.step.pin): number for number, motor in enumerate(motors)}
         self._dir = {gpio(motor.dir.pin): number for number, motor in enumerate(motors)}
-        self._directions = 0
+        # shift registers come up with all outputs high (es_shift_registers()), and changes alone are edges
+        self._directions = sum(1 << motor for pin, motor in self._dir.items() if pin >= SHIFT_FIRST)
         self._events: list[list[int]] = []  # cycle, motors, directions
 
     def take(self, edges: list[tuple[int, int, int]]) -> None:
@@ -226,7 +253,9 @@ class _Motors:
 
 
 def gpio(name: str) -> int:
-    """'GPIO25' is 25."""
+    """'GPIO25' is 25; outputs of shift registers follow the chip's pins: 'I2SO.1' is SHIFT_FIRST + 1."""
+    if name.startswith(SHIFT_PIN):
+        return SHIFT_FIRST + int(name.removeprefix(SHIFT_PIN))
     return int(name.removeprefix("GPIO"))
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TextIO
 
 from wificnc.board.model import Board
+from wificnc.chip.esp_machine import SHIFT_PIN
 from wificnc.chip.wired import Wired, number_of, pin_numbers
 from wificnc.errors import UserError
 from wificnc.sim.run import parse_at
@@ -15,9 +16,9 @@ NS_PER_S = 1_000_000_000
 LEVELS = {"low": 0, "high": 1, "open": None}
 
 
-def pin_labels(board: Board) -> list[str]:
+def pin_labels(board: Board) -> dict[int, str]:
     """Of each pin: what the board has there and its name, step_x_RD3, or the name alone."""
-    labels = list(pin_numbers(board))
+    labels = {number: name for name, number in pin_numbers(board).items()}
     for signal, pin in board.pin_names().items():
         labels[number_of(board, pin)] = f"{signal}_{pin}"
     return labels
@@ -26,7 +27,7 @@ def pin_labels(board: Board) -> list[str]:
 class PinTrace:
     """Every edge of every output pin from now on, written as it comes."""
 
-    def __init__(self, chip: Wired, file: TextIO, labels: Sequence[str], suffix: str) -> None:
+    def __init__(self, chip: Wired, file: TextIO, labels: Mapping[int, str], suffix: str) -> None:
         self._chip, self._file, self._labels, self._is_vcd = chip, file, labels, suffix == ".vcd"
         self._begin = self._last = chip.cycles
         # of a cycle; where it is no whole number of ns, times are rounded to one
@@ -39,10 +40,10 @@ class PinTrace:
 
     def _head(self) -> None:
         self._file.write(f"$timescale {self._unit_ns} ns $end\n$scope module chip $end\n")
-        for pin, label in enumerate(self._labels):
+        for pin, label in self._labels.items():
             self._file.write(f"$var wire 1 {_code(pin)} {label} $end\n")
         self._file.write("$upscope $end\n$enddefinitions $end\n#0\n$dumpvars\n")
-        for pin in range(len(self._labels)):
+        for pin in self._labels:
             self._file.write(f"{self._chip.level(pin)}{_code(pin)}\n")
         self._file.write("$end\n")
 
@@ -70,6 +71,7 @@ def drive_pins(chip: Wired, board: Board, events: Sequence[str]) -> None:
     """'2.5s RD3 high', '300ms limit_min_x low' or '1s RB2 open', from now on. Raises UserError."""
     pins = {name.lower(): number for name, number in pin_numbers(board).items()}
     pins |= {signal: number_of(board, pin) for signal, pin in board.pin_names().items()}
+    outputs = {number for pin, number in pin_numbers(board).items() if pin.startswith(SHIFT_PIN)}
     example = board.pin_names()["step_x"]
     for text in events:
         at = parse_at(text)
@@ -79,4 +81,6 @@ def drive_pins(chip: Wired, board: Board, events: Sequence[str]) -> None:
                 f"--at {text!r}: on a chip it is a pin and high, low or open",
                 hint=f"'2.5s {example} high'; `wificnc boards show {board.id}` has its pins and signals",
             )
+        if pins[name] in outputs:
+            raise UserError(f"--at {text!r}: {name} is an output of a shift register, and cannot be driven")
         chip.drive_at(chip.cycles + round(at.time_s * chip.cpu_hz), pins[name], LEVELS[level])

@@ -1,8 +1,9 @@
 """`wificnc serve` of a board's real image in the virtual chip, at the speed of a clock.
 
 The chip has one serial port. Whoever connects, by TCP or at the pseudo-terminal, is at that wire: all clients hear all
-answers, and what they write is mixed byte by byte, as it would be. Time that the computer cannot keep up with is
-skipped, not made up for.
+answers, and what they write is mixed byte by byte, as it would be. An image with Ethernet has its own servers behind
+ports of this computer (ethernet.py); then only the pseudo-terminal is at the wire. Time that the computer cannot keep
+up with is skipped, not made up for.
 """
 
 from __future__ import annotations
@@ -18,7 +19,10 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
-from wificnc.chip.wired import greet, load_settings, save_settings, wire
+from wificnc.chip.control import Control, ControlClient
+from wificnc.chip.esp_machine import EspMachine
+from wificnc.chip.ethernet import OFF, USER, Ethernet, network_kind
+from wificnc.chip.wired import access_key, greet, load_settings, save_settings, wire
 from wificnc.errors import ServeError
 from wificnc.serve.options import Address, ServeOptions
 from wificnc.serve.server import ClientEvent, no_pty
@@ -55,6 +59,10 @@ class Door:
     close: Callable[[], None]
     waiting: bytes = b""
     stays: bool = False  # the pseudo-terminal is there when no one is
+    hears: bool = True  # the control port has its own answers
+
+
+LetIn = Callable[[socket.socket], Iterator[ClientEvent]]
 
 
 class ChipServer:
@@ -65,15 +73,18 @@ class ChipServer:
     """
 
     def __init__(self, options: ServeOptions) -> None:
-        if options.control is not None or options.wmc3 is not None:
-            raise ServeError("--control and --wmc3 are not available for a chip: it has a serial port only")
         self.options = options
+        self.network = network_kind(options)
         self.tcp: str | None = None
+        self.page: str | None = None  # of the image's own web server
+        self.key: str | None = None  # of its network clients
         self.control: str | None = None
         self.wmc3: str | None = None
         self.device: Path | None = None
+        self._ethernet: Ethernet | None = None
+        self._fresh: list[bytes] = []  # said at a power-on
         self._selector = selectors.DefaultSelector()
-        self._listener: socket.socket | None = None
+        self._listeners: list[socket.socket] = []
         self._doors: list[Door] = []
         self._claim: int | None = None
         self._greeting = ""
@@ -91,8 +102,11 @@ class ChipServer:
                 self._set(line)
             if self.options.settings:  # they are stored: with $22=1 it starts locked
                 self._start()
-            self._open_tcp(self.options.tcp)
+            self._open_network()
+            if self.network != USER:
+                self.tcp = self._listen(self.options.tcp, "--tcp", self._let_in)
             self._open_pty(self.options.pty)
+            self._open_control()
         except BaseException:
             self.stop()
             raise
@@ -101,6 +115,17 @@ class ChipServer:
     def _start(self) -> None:
         self._chip.power_on()
         self._greeting = greet(self._chip)
+
+    def power(self) -> None:
+        """Off and on again; what it says is for the clients. Raises ChipFault."""
+        self._chip.power_on()
+        self._fresh.append(greet(self._chip).encode("latin-1"))
+
+    def plug(self, up: bool) -> bool:
+        """The cable. @return whether there is one"""
+        if self._ethernet is not None:
+            self._ethernet.plug(up)
+        return self._ethernet is not None
 
     def __exit__(self, *_: object) -> None:
         self.stop()
@@ -116,8 +141,11 @@ class ChipServer:
         for door in self._doors:
             door.close()
         self._doors = []
-        if self._listener:
-            self._listener.close()
+        for listener in self._listeners:
+            listener.close()
+        if self._ethernet is not None:
+            self._ethernet.close()
+            self._ethernet = None
         if self.device and self.options.pty:
             with suppress(OSError):
                 self.options.pty.unlink()
@@ -128,7 +156,7 @@ class ChipServer:
     def events(self) -> Iterator[ClientEvent]:
         """Serve; what happens to the clients, as it happens. Raises ChipFault."""
         begin, zero = time.monotonic(), self._chip.cycles
-        yield from self._say(self._greeting.encode("latin-1"))
+        self._fresh.append(self._greeting.encode("latin-1"))
         while True:
             yield from self._look_at_clients()
             due = zero + int((time.monotonic() - begin) * self.options.speed * self._chip.cpu_hz)
@@ -138,16 +166,27 @@ class ChipServer:
             elif due - self._chip.cycles > BEHIND_S * self._chip.cpu_hz:
                 zero += due - self._chip.cycles - step
                 due = self._chip.cycles + step
-            if due > self._chip.cycles:
-                self._chip.run_until(due)
-            yield from self._say(self._chip.read())
+            while due > self._chip.cycles:
+                self._chip.run_until(min(due, self._chip.cycles + step) if self._ethernet else due)
+                if self._ethernet is not None:
+                    self._ethernet.carry()
+            said = b"".join(self._fresh) + self._chip.read()
+            self._fresh.clear()
+            yield from self._news(said)
+            yield from self._say(said)
+
+    def _news(self, said: bytes) -> Iterator[ClientEvent]:
+        """The network address that the image has got."""
+        address = self._ethernet.hear(said) if self._ethernet and said else None
+        if address is not None:
+            yield ClientEvent("is the image's address", address)
 
     # ---- clients ----
 
     def _look_at_clients(self) -> Iterator[ClientEvent]:
         for key, _ in self._selector.select(SLICE_S if self.options.speed else 0):
-            if key.data is None:
-                yield from self._let_in()
+            if not isinstance(key.data, Door):
+                yield from key.data(key.fileobj)
                 continue
             data = key.data.read()
             if data:
@@ -157,7 +196,7 @@ class ChipServer:
 
     def _say(self, said: bytes) -> Iterator[ClientEvent]:
         for door in list(self._doors):
-            door.waiting += said
+            door.waiting += said if door.hears else b""
             if not door.waiting:
                 continue
             try:
@@ -174,16 +213,24 @@ class ChipServer:
             elif len(door.waiting) > MAX_WAITING:
                 yield from self._let_go(door)
 
-    def _let_in(self) -> Iterator[ClientEvent]:
-        assert self._listener
-        client, peer = self._listener.accept()
+    def _let_in(self, listener: socket.socket) -> Iterator[ClientEvent]:
+        client, peer = listener.accept()
         client.setblocking(False)
         client.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         who = f"{peer[0]}:{peer[1]}"
-        door = Door(who, lambda: _receive(client), client.send, client.close)
+        self._add(client, Door(who, lambda: _receive(client), client.send, client.close))
+        yield ClientEvent("connected", who)
+
+    def _let_control_in(self, listener: socket.socket) -> Iterator[ClientEvent]:
+        client, peer = listener.accept()
+        client.setblocking(False)
+        hands = ControlClient(client, Control(self._chip, self.options.board, self).obey)
+        self._add(client, Door(f"control {peer[1]}", hands.read, client.send, client.close, hears=False))
+        yield from ()
+
+    def _add(self, client: socket.socket, door: Door) -> None:
         self._doors.append(door)
         self._selector.register(client, selectors.EVENT_READ, door)
-        yield ClientEvent("connected", who)
 
     def _let_go(self, door: Door) -> Iterator[ClientEvent]:
         for key in list(self._selector.get_map().values()):
@@ -191,24 +238,39 @@ class ChipServer:
                 self._selector.unregister(key.fileobj)
         self._doors.remove(door)
         door.close()
-        yield ClientEvent("disconnected", door.who)
+        if door.hears:
+            yield ClientEvent("disconnected", door.who)
 
     # ---- start ----
 
-    def _open_tcp(self, address: Address | None) -> None:
-        if address is None:
+    def _open_network(self) -> None:
+        if self.network == OFF:
             return
+        assert isinstance(self._chip, EspMachine)
+        self._ethernet = Ethernet(self._chip, self.network, self.options)
+        self.tcp, self.page, self.wmc3 = self._ethernet.tcp, self._ethernet.page, self._ethernet.wmc3
+        self.key = access_key(self._chip)
+
+    def _open_control(self) -> None:
+        if self.options.control is not None:
+            at = Address("127.0.0.1", self.options.control)
+            self.control = self._listen(at, "--control", self._let_control_in)
+
+    def _listen(self, address: Address | None, option: str, let_in: LetIn) -> str | None:
+        """@return where it listens"""
+        if address is None:
+            return None
         try:
             family = socket.AF_INET6 if ":" in address.host else socket.AF_INET
-            self._listener = socket.create_server((address.host, address.port), family=family)
+            listener = socket.create_server((address.host, address.port), family=family)
         except OSError as err:
             why = err.strerror or str(err)
-            raise ServeError(
-                f"cannot listen at {address}: {why}", hint="--tcp 127.0.0.1:0 takes any free port"
-            ) from err
-        self._listener.setblocking(False)
-        self._selector.register(self._listener, selectors.EVENT_READ, None)
-        self.tcp = str(Address(address.host, self._listener.getsockname()[1]))
+            free = "127.0.0.1:0" if option == "--tcp" else "0"
+            raise ServeError(f"cannot listen at {address}: {why}", hint=f"{option} {free} takes any free one") from err
+        listener.setblocking(False)
+        self._listeners.append(listener)
+        self._selector.register(listener, selectors.EVENT_READ, let_in)
+        return str(Address(address.host, listener.getsockname()[1]))
 
     def _open_pty(self, link: Path | None) -> None:
         if link is None:

@@ -7,12 +7,14 @@ from typing import Protocol
 
 from wificnc.board.model import Board
 from wificnc.chip.esp_image import load_image
-from wificnc.chip.esp_machine import EspMachine, gpio
+from wificnc.chip.esp_machine import SHIFT_PIN, EspMachine, gpio
 from wificnc.chip.image import Block, read_hex
 from wificnc.chip.machine import board_image, load_store, save_store, wired_chip
 from wificnc.chip.virtual import PORT_WIDTH, VirtualChip, pin_number
 from wificnc.errors import BuildError, JobError, UserError
 from wificnc.flash.find import firmware_folder
+from wificnc.nvs.image import read_image
+from wificnc.nvs.values import NAMESPACE
 
 PORTS = "ABCDEFG"
 GPIOS = 40  # of the ESP32
@@ -101,9 +103,11 @@ def greet(chip: Wired) -> str:
 
 
 def pin_numbers(board: Board) -> dict[str, int]:
-    """Of the chip's pins by their names: RD3, GPIO25."""
+    """Of the chip's pins by their names: RD3, GPIO25; and of its shift registers' outputs: I2SO.1."""
     if board.target == "esp32":
-        return {f"GPIO{number}": number for number in range(GPIOS)}
+        outputs = board.i2so.outputs if board.i2so else 0
+        names = [*(f"GPIO{number}" for number in range(GPIOS)), *(f"{SHIFT_PIN}{bit}" for bit in range(outputs))]
+        return {name: gpio(name) for name in names}
     return {f"R{port}{bit}": pin_number(f"R{port}{bit}") for port in PORTS for bit in range(PORT_WIDTH)}
 
 
@@ -126,3 +130,12 @@ def save_settings(chip: Wired, path: Path) -> None:
         save_store(chip, path)
     elif isinstance(chip, EspMachine):
         path.write_bytes(chip.settings())
+
+
+def access_key(chip: Wired) -> str | None:
+    """Of the network clients of its image, as stored; None: none, or it needs none."""
+    if not isinstance(chip, EspMachine):
+        return None
+    image = read_image(chip.settings())
+    key = image.get(NAMESPACE, "access_key")
+    return key if isinstance(key, str) and image.get(NAMESPACE, "access_open") != 1 else None

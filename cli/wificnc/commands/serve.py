@@ -89,6 +89,11 @@ NOWHERE = Address("127.0.0.1", 0)  # of the controller, when only the page is to
 )
 @click.option("--board", default="host", show_default=True, help="Board id or TOML file: axes, timer, pulse timing.")
 @on_chip_option("Run the board's real image, in the virtual chip; a PIC32MZ always does.")
+@click.option(
+    "--network",
+    metavar="user|tap:NAME|off",
+    help="What the Ethernet of an image is connected to: docs/espsim.md. Default: user, if libslirp is installed.",
+)
 @click.option("--machine", help="Machine profile, name or TOML file: steps/mm, rates, accelerations, travel.")
 @click.option("--set", "lines", multiple=True, metavar="'$N=VALUE'", help="A setting on top of that; repeatable.")
 @click.option(
@@ -109,6 +114,7 @@ def command(
     speed: str,
     board: str,
     on_chip: str | None,
+    network: str | None,
     machine: str | None,
     lines: tuple[str, ...],
     store: Path | None,
@@ -116,11 +122,11 @@ def command(
     """Run a simulated Grbl controller in real time. Connect any sender by TCP or by a serial port.
 
     The first client that sends a line is the owner; all others see the answers. `$TAKE` takes control. With
-    --on-chip (a PIC32MZ: always) the board's real image runs; all clients are at its serial port then.
+    --on-chip (a PIC32MZ: always) the board's real image runs; all clients are at its serial port, or at its Ethernet.
     """
     the_board, profile = _board_and_machine(board, machine)
     options = ServeOptions(
-        **_chip(the_board, on_chip),
+        **_chip(the_board, on_chip, network),
         **_doors(tcp, http, http_names, io_module, pendant),
         pty=pty,
         spindle_bus=spindle_bus,
@@ -129,17 +135,26 @@ def command(
         key=key,
         control=control,
         speed=parse_speed(speed),
-        settings=(*_of_profile(profile, store), *map(parse_setting, lines)),
-        hands=tuple(end_switches(profile)) if profile else (),
-        store=store,
+        **_stored(profile, store, lines),
     )
     _run(_with_key(options, is_open), speed)
 
 
-def _chip(board: Board, on_chip: str | None) -> dict[str, Any]:
-    """What runs, as ServeOptions has it: the host's controller, or the board's image."""
+def _chip(board: Board, on_chip: str | None, network: str | None) -> dict[str, Any]:
+    """What runs, as ServeOptions has it: the host's controller, or the board's image. Raises UserError."""
     virtual = on_chip is not None or board.target == "pic32mz"
-    return {"board": board, "on_chip": virtual, "image": chip_image(on_chip or "")}
+    if network and not virtual:
+        raise UserError("--network is of an image that runs in the virtual chip", hint="add --on-chip")
+    return {"board": board, "on_chip": virtual, "image": chip_image(on_chip or ""), "network": network}
+
+
+def _stored(profile: Machine | None, store: Path | None, lines: tuple[str, ...]) -> dict[str, Any]:
+    """Settings, their file and the machine around, as ServeOptions has them. Raises UserError."""
+    return {
+        "settings": (*_of_profile(profile, store), *map(parse_setting, lines)),
+        "hands": tuple(end_switches(profile)) if profile else (),
+        "store": store,
+    }
 
 
 def _doors(
@@ -173,7 +188,9 @@ def _with_key(options: ServeOptions, is_open: bool) -> ServeOptions:
         raise UserError("--open and --key exclude each other", hint="leave one of them out")
     if options.key and not 1 <= len(normal_key(options.key)) <= KEY_MAX:
         raise UserError(f"--key needs 1 to {KEY_MAX} letters and digits: dashes and spaces do not count")
-    if is_open or options.key or not _is_reachable(options):
+    if options.on_chip and (is_open or options.key):
+        raise UserError("--key and --open are of controllers that run on this computer: an image has its own key")
+    if options.on_chip or is_open or options.key or not _is_reachable(options):
         return options
     key = make_key()
     ui.note(f"access key: {key}; --key chooses one, --open needs none")
@@ -232,7 +249,7 @@ def _server(options: ServeOptions) -> Server | ChipServer:
 def _page(server: Server | ChipServer) -> AbstractContextManager[PageServer | None]:
     """What serves the page, if it is served."""
     options = server.options
-    if options.http is None:
+    if options.http is None or (isinstance(server, ChipServer) and server.page):
         return nullcontext()
     board = options.board
     about = About("WiFiCNC on this computer", __version__, board.id, len(board.axes))
@@ -251,6 +268,7 @@ def _print_doors(server: Server | ChipServer, speed: str, page: str) -> None:
     ui.talk.print(f"{what}, {pace}. Ctrl-C ends it.")
     if is_module and (options.tcp or options.pty):
         ui.warn("the settings file says that this is an I/O module (device_mode): it does not accept G-code")
+    page = server.page or page if isinstance(server, ChipServer) else page
     if page:
         ui.data.print(f"page    [bold]{escape(page)}[/]")
     if server.tcp:
@@ -263,7 +281,11 @@ def _print_doors(server: Server | ChipServer, speed: str, page: str) -> None:
         ui.data.print(f"pendant [bold]{escape(server.pendant)}[/]")
     if server.device:
         ui.data.print(f"serial  [bold]{escape(str(options.pty))}[/] -> {server.device}")
-    if _is_reachable(options) and not options.key:
+    if isinstance(server, ChipServer) and server.key:
+        ui.data.print(f"key     [bold]{escape(server.key)}[/], of the image's network clients")
+        if _is_reachable(options):
+            ui.warn("others can foresee this key: the virtual chip's random numbers are the same in each run")
+    elif _is_reachable(options) and not options.key:
         ui.warn("every computer on this network can control this controller")
 
 

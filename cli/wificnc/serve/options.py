@@ -78,6 +78,7 @@ class ServeOptions:
     spindle_bus: Path | None = None  # serial port of a spindle's drive; None: the virtual machine has one
     on_chip: bool = False  # its image runs in the virtual chip
     image: Path | None = None  # of the chip; None: what was built
+    network: str | None = None  # of the chip's Ethernet: user, tap:NAME or off; None: user, where that can be had
     store: Path | None = None  # keeps settings, offsets and startup lines
 
 

@@ -3,6 +3,7 @@
  * and answers by UART 0. It has no store, and no inputs. */
 #include "app/board.h"
 #include "bare.h"
+#include "hal/step_shift.h"
 #include "input/rx.h"
 #include "machine/parts.h"
 #include "task_periods.h"
@@ -53,6 +54,8 @@ static bool start(void) {
     struct machine_board board = board_machine(&pins);
     board.motion_side = &side;
     step_board = board_step_engine(&pins);
+    if (BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_I2S)
+        step_shift_out(0);
     if (!step_engine_init(&hal.step, &step_board))
         return false;
     bare_outputs(&step_board);
@@ -67,6 +70,7 @@ int main(void) {
     uint32_t next_us = hal_time_us(&hal);
     for (unsigned turn = 0;; turn++, next_us += ESP32_MOTION_PERIOD_US) {
         (void)machine_poll_motion(&machine);
+        step_engine_show(machine_step(&machine));
         feed();
         for (bool more = turn % TASK_PERIOD_MS == 0; more;) {
             more = machine_poll(&machine);
