@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import operator
+from collections.abc import Collection, Iterator
+from functools import partial
 
 import pytest
 from driver_grbl import (
@@ -27,6 +29,7 @@ from driver_grbl import (
     DriverGrbl,
     make,
 )
+from slow import cases_but, deep_but
 from wificnc.sim.native import Tasks
 
 NOTICED_S = 0.3
@@ -45,6 +48,11 @@ CHIPS = (
     (TMC2130, Tasks.FREE),
     (TMC2209, Tasks.ESP32),
     (TMC5160, Tasks.PIC32MZ),
+)
+
+
+WITHOUT_ESP32, WITHOUT_PIC32MZ = (  # in CI: those with task periods take much longer
+    pytest.mark.parametrize("grbl", deep_but(partial(operator.ne, chip), CHIPS), indirect=True) for chip in CHIPS[3:]
 )
 
 
@@ -86,19 +94,26 @@ def assert_stopped_for_good(grbl: DriverGrbl) -> None:
     assert grbl.position() == before == grbl.position()
 
 
-@pytest.mark.parametrize(
-    ("fault", "text"),
-    [
-        (NO_SUPPLY, "no answer. Check the motor supply"),
-        (UNWIRED, "no answer. Check the motor supply"),
-        (SHORT, "short circuit"),
-        (SHUT_DOWN, "too hot, its outputs are off"),
-        (UNDERVOLTAGE, "undervoltage. Check the motor supply"),
-    ],
-)
-def test_a_fault_in_mid_job_is_one_message_a_stop_within_the_limits_and_an_alarm(
-    grbl: DriverGrbl, fault: int, text: str
-) -> None:
+FAULTS = {
+    NO_SUPPLY: "no answer. Check the motor supply",
+    UNWIRED: "no answer. Check the motor supply",
+    SHORT: "short circuit",
+    SHUT_DOWN: "too hot, its outputs are off",
+    UNDERVOLTAGE: "undervoltage. Check the motor supply",
+}
+
+
+def with_some_chips(of_esp32: int, of_pic32mz: int, values: Collection[int]) -> pytest.MarkDecorator:
+    """Every value with each kind of driver where tasks have no periods; where they have, which takes much longer, one
+    of them."""
+    kept = {CHIPS[3]: of_esp32, CHIPS[4]: of_pic32mz}
+    cases = cases_but(lambda chip, fault: kept.get(chip, fault) == fault, CHIPS, values)
+    return pytest.mark.parametrize(("grbl", "fault"), cases, indirect=["grbl"])
+
+
+@with_some_chips(NO_SUPPLY, SHORT, FAULTS)
+def test_a_fault_in_mid_job_is_one_message_a_stop_within_the_limits_and_an_alarm(grbl: DriverGrbl, fault: int) -> None:
+    text = FAULTS[fault]
     grbl.record()
     moving(grbl)
     grbl.faults(1, fault)
@@ -119,6 +134,7 @@ def test_one_supply_for_all_is_one_message(grbl: DriverGrbl) -> None:
     assert said.index("[MSG:Driver") < said.index(ALARM)
 
 
+@WITHOUT_ESP32
 def test_a_supply_that_comes_back_writes_all_registers_and_starts_nothing(grbl: DriverGrbl) -> None:
     moving(grbl)
     irun, chopconf = grbl.register(1, IHOLD_IRUN), grbl.register(1, CHOPCONF)
@@ -137,6 +153,7 @@ def test_a_supply_that_comes_back_writes_all_registers_and_starts_nothing(grbl: 
     assert grbl.state() == "Idle"
 
 
+@WITHOUT_PIC32MZ
 def test_a_reset_in_mid_job_is_noticed_and_the_registers_are_written_again(grbl: DriverGrbl) -> None:
     moving(grbl)
     irun, chopconf = grbl.register(1, IHOLD_IRUN), grbl.register(1, CHOPCONF)
@@ -151,7 +168,7 @@ def test_a_reset_in_mid_job_is_noticed_and_the_registers_are_written_again(grbl:
     assert grbl.rows()[1][-1] == "1"
 
 
-@pytest.mark.parametrize("fault", [HOT, OPEN])
+@with_some_chips(HOT, OPEN, [HOT, OPEN])
 def test_a_warning_holds_the_job_and_it_can_be_resumed(grbl: DriverGrbl, fault: int) -> None:
     moving(grbl)
     grbl.faults(1, fault)
@@ -220,6 +237,7 @@ def test_two_on_one_address_leave_the_other_address_silent() -> None:
     assert messages(said) == ["[MSG:Driver Y: no answer. Check the motor supply, its bus wires and its address]"]
 
 
+@WITHOUT_ESP32
 def test_swapped_addresses_are_found_when_one_axis_moves(grbl: DriverGrbl) -> None:
     """Both answer and take every write; but the driver of X does not see the steps of X."""
     grbl.faults(0, CROSSED)

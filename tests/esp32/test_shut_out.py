@@ -114,7 +114,7 @@ def answer(client: Client) -> bytes:
 @pytest.mark.slow
 def test_a_stream_loses_nothing_while_a_stranger_floods() -> None:
     """200 connections that come and pour bytes: each line of the owner is answered once, in order, and run."""
-    lines = 2000
+    lines = 700
     ending = threading.Event()
     with serving_esp32("correct horse") as ports:
         owner = Client(ports.telnet, OWNER)

@@ -16,11 +16,13 @@ from chip_grbl import ChipGrbl
 from esp_grbl import IMAGE, EspGrbl
 from grbl_host import BANNER, Grbl
 from image_fixture import ALL_ON_CHIP, board, build, image
+from sample import sampled
 from wificnc.chip.wired import greet
 
 __all__ = ["board", "build", "image"]
 
 FAST = {f"s{base + ax}": value for base, value in ((110, 5000), (120, 500)) for ax in range(3)}
+CHIP_CASES = 6  # in CI, of each test; `make test-chip` and `make test-deep` run the others
 CHIP = pytest.param("chip", id="chip")
 
 
@@ -34,13 +36,19 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    for item in items:
-        callspec = getattr(item, "callspec", None)
-        if callspec is None or callspec.params.get("grbl") != "chip":
-            continue
+    on_chip = [item for item in items if _is_on_chip(item)]
+    kept = sampled([item.nodeid for item in on_chip], CHIP_CASES)
+    for item in on_chip:
+        if item.nodeid not in kept:
+            item.add_marker(pytest.mark.deep)
         name = f"{item.path.name}::{item.name}"
         if reason := difference(name):
             item.add_marker(pytest.mark.xfail(reason=reason, strict=True))
+
+
+def _is_on_chip(item: pytest.Item) -> bool:
+    callspec = getattr(item, "callspec", None)
+    return callspec is not None and callspec.params.get("grbl") == "chip"
 
 
 @pytest.fixture

@@ -66,7 +66,7 @@ def check_pins(said: str) -> None:
     }, "linuxcnc/config.py counts as the component does"
 
 
-@pytest.mark.slow
+@pytest.mark.deep  # link_bench.py has the component on such a network, tests/wire the controller
 def test_a_network_that_loses_doubles_and_reorders(user_home: Path, as_user: Callable[..., str]) -> None:
     """Not one step is lost or made twice, also where the way turns back. That it may be slow is not asserted."""
     targets = ((12.34, -5.0, 3.0), (0.5, 0.0, 3.0), (12.345, -5.01, -3.005), (0.0, 0.0, 0.0), (7.77, -3.33, 1.0))

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 
 import pytest
 from chip_controller import Controller
-from image_fixture import board, build, image
+from image_fixture import board, build, image, laden_board, laden_image
 from wificnc.board.model import Board
 from wificnc.chip.image import Block
 
-__all__ = ["board", "build", "image"]
+__all__ = ["board", "build", "image", "laden_board", "laden_image"]
 
 
 @pytest.fixture

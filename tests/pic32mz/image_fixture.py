@@ -10,14 +10,25 @@ import os
 from pathlib import Path
 
 import pytest
-from wificnc.board.load import load_board
+from wificnc.board.load import board_path, load_board
 from wificnc.board.model import Board
+from wificnc.build.checkout import checkout_root
 from wificnc.build.mips import find_compiler
 from wificnc.build.pic32mz import Pic32Build, build_pic32mz
 from wificnc.chip.image import Block, read_hex
 from wificnc.errors import BuildError
 
 BOARD = "pic32mz2048efh100"
+PUMP_HZ = 12_500
+DIAL = """
+[dial]
+a = "RA2"
+b = "RA3"
+x10 = "RA10"
+axis = { y = "RA15" }
+"""
+SECOND_Y = {"step": "RG1", "dir": "RG12"}
+LOW = '{ pin = "%s", active = "low" }'
 ALL_ON_CHIP = os.environ.get("WIFICNC_ON_CHIP") == "all"
 
 
@@ -43,3 +54,25 @@ def build(board: Board) -> Pic32Build:
 @pytest.fixture(scope="session")
 def image(build: Pic32Build) -> tuple[Block, ...]:
     return read_hex(build.hex.read_text())
+
+
+@pytest.fixture(scope="session")
+def laden_board(tmp_path_factory: pytest.TempPathFactory) -> Board:
+    """One board for what no shipped one has, because each image takes half a minute: the gantry with the other board's
+    spindle bus, a dial, a charge pump in place of a digital output, and active-low lines of the second motor of Y."""
+    text = board_path("pic32mz-gantry").read_text(encoding="utf-8")
+    changes = {f'{kind} = "{pin}"\n': f"{kind} = {LOW % pin}\n" for kind, pin in SECOND_Y.items()}
+    changes['misc = ["RA9"]'] = f'charge_pump = "RA9"\ncharge_pump_hz = {PUMP_HZ}'
+    for what, other in changes.items():
+        assert text.count(what) == 1
+        text = text.replace(what, other)
+    bus = board_path(BOARD).read_text(encoding="utf-8").partition("[spindle_bus]")
+    path = tmp_path_factory.mktemp("laden") / "pic32mz-laden.toml"
+    path.write_text(text + DIAL + bus[1] + bus[2], encoding="utf-8")
+    return load_board(path)
+
+
+@pytest.fixture(scope="session")
+def laden_image(laden_board: Board) -> tuple[Block, ...]:
+    output = checkout_root() / "build" / "tests" / "pic32mz" / "laden"
+    return read_hex(build_image(laden_board, output).hex.read_text())

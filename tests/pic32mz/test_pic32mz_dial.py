@@ -3,34 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path
 
 import pytest
 from chip_controller import Controller
-from image_fixture import build_image
-from wificnc.board.load import board_path, load_board
-from wificnc.chip.image import read_hex
+from wificnc.board.model import Board
+from wificnc.chip.image import Block
 
 pytestmark = pytest.mark.slow  # builds an image of its own; tests/dial has quick ones
 
-DIAL = """
-[dial]
-a = "RA2"
-b = "RA3"
-x10 = "RA10"
-axis = { y = "RA15" }
-"""
 LINES = ((0, 0), (1, 0), (1, 1), (0, 1))  # A before B: forwards
 
 
 @pytest.fixture(scope="module")
-def controller(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Controller]:
-    folder = tmp_path_factory.mktemp("dial")
-    file = folder / "dialled.toml"
-    file.write_text(board_path("pic32mz2048efh100").read_text() + DIAL)
-    board = load_board(file)
-    image = read_hex(build_image(board, output=Path(folder / "out")).hex.read_text())
-    with Controller(board, image) as controller:
+def controller(laden_board: Board, laden_image: tuple[Block, ...]) -> Iterator[Controller]:
+    with Controller(laden_board, laden_image) as controller:
         for signal in ("dial_a", "dial_b", "dial_x10", "dial_axis_y"):
             controller.at(0.0, signal, 1)  # open, by its pull
         controller.boot()

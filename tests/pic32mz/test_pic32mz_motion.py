@@ -85,7 +85,7 @@ def compare(host: NDArray[np.int64], chip: NDArray[np.int64]) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("name", "lines"), [("plot.nc", 150), ("relief.nc", 120)])
+@pytest.mark.parametrize(("name", "lines"), [("plot.nc", 150), pytest.param("relief.nc", 120, marks=pytest.mark.deep)])
 def test_a_real_job_makes_the_same_steps(controller: Controller, tmp_path: Path, name: str, lines: int) -> None:
     """The beginning of a job from a CAM tool, at 115200 baud: every step of the host's simulation, and no other."""
     job = "\n".join((ROOT / "examples" / name).read_text().split("\n")[:lines])

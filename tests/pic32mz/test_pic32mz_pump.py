@@ -6,31 +6,24 @@ from itertools import pairwise
 
 import pytest
 from chip_controller import Controller
-from image_fixture import build_image
-from wificnc.board.load import board_path, load_board
+from image_fixture import PUMP_HZ
 from wificnc.board.model import Board
-from wificnc.chip.image import Block, read_hex
+from wificnc.chip.image import Block
 from wificnc.chip.virtual import CPU_HZ
 
 pytestmark = pytest.mark.slow  # builds an image of its own
 
-RATED_HZ = 12_500
 NO_TIMER = "error:164"
 
 
-@pytest.fixture(scope="module")
-def board(tmp_path_factory: pytest.TempPathFactory) -> Board:
-    text = board_path("pic32mz2048efh100").read_text(encoding="utf-8")
-    file = tmp_path_factory.mktemp("pump") / "pic32mz-pump.toml"
-    file.write_text(
-        text.replace('misc = ["RA9"]', f'charge_pump = "RA9"\ncharge_pump_hz = {RATED_HZ}'), encoding="utf-8"
-    )
-    return load_board(file)
+@pytest.fixture
+def board(laden_board: Board) -> Board:
+    return laden_board
 
 
-@pytest.fixture(scope="module")
-def image(board: Board, tmp_path_factory: pytest.TempPathFactory) -> tuple[Block, ...]:
-    return read_hex(build_image(board, tmp_path_factory.mktemp("image")).hex.read_text())
+@pytest.fixture
+def image(laden_image: tuple[Block, ...]) -> tuple[Block, ...]:
+    return laden_image
 
 
 def rises(controller: Controller, seconds: float) -> list[int]:
@@ -51,7 +44,7 @@ def frequency(controller: Controller) -> float:
 
 def test_it_starts_at_the_boards_frequency(controller: Controller) -> None:
     controller.chip.record_edges(True)
-    assert frequency(controller) == pytest.approx(RATED_HZ, rel=2e-3)
+    assert frequency(controller) == pytest.approx(PUMP_HZ, rel=2e-3)
 
 
 @pytest.mark.parametrize("hz", [191, 500, 10_000, 20_000])
@@ -66,4 +59,4 @@ def test_the_setting_changes_it_and_0_ends_it(controller: Controller, hz: int) -
 def test_what_the_timer_cannot_make_is_refused(controller: Controller) -> None:
     controller.chip.record_edges(True)
     assert NO_TIMER in controller.send("$73=190")
-    assert frequency(controller) == pytest.approx(RATED_HZ, rel=2e-3)
+    assert frequency(controller) == pytest.approx(PUMP_HZ, rel=2e-3)

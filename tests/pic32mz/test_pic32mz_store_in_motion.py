@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from chip_controller import BANNER, Controller
-from slow import slow_but
+from slow import deep_but
 from store_pages import full_page, prepared
 from test_pic32mz_motion import JITTER_NS, SETTINGS, chip_trace, host_trace
 from wificnc.board.model import Board
@@ -49,7 +49,7 @@ def operations_of(controller: Controller, line: str) -> int:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("reports", slow_but((4000).__eq__, [0, 4000]))
+@pytest.mark.parametrize("reports", deep_but((4000).__eq__, [0, 4000]))
 def test_steps_are_in_time_while_lines_are_stored(full: Controller, tmp_path: Path, reports: int) -> None:
     """Every step of the plan, each within 1 us of it, with page changes between and the serial port at full rate."""
     full.fine(*SETTINGS, "$100=250", "$101=250")

@@ -97,10 +97,13 @@ def test_soft_reset(controller: Controller) -> None:
 
 @pytest.mark.slow
 def test_watchdog_bites_a_program_that_hangs(controller: Controller) -> None:
-    """The main loop is made an endless one: the chip restarts within 2.1 s, and says why."""
+    """The main loop is made an endless one, which waits for interrupts because that is quickly simulated: the chip
+    restarts within 2.1 s, and says why."""
     cpu = controller.chip.cpu()
     hang = 0x80070000
-    controller.chip.write_ram(hang & 0x1FFFFFFF, bytes.fromhex("ffff001000000000"))  # b .; nop
+    controller.chip.write_ram(
+        hang & 0x1FFFFFFF, bytes.fromhex("20606041 20000042 fdff0010 00000000")
+    )  # ei; wait; b .-8; nop
     cpu.pc, cpu.next_pc = hang, hang + 4
     controller.chip.set_cpu(cpu)
     controller.run(2.1)

@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 from release_tree import ESP32_BOARDS, PAGE, PIC32MZ_BOARD, Tree, build_boards, make_tree
 from wificnc import __version__
-from wificnc.board.load import find_boards, load_board
+from wificnc.board.load import load_board
 from wificnc.wmc3.layout import Jog
 from wificnc.wmc3.packet import build
 
@@ -115,7 +115,9 @@ def test_the_index_offers_what_is_there(dist: Path, tree: Tree) -> None:
     index = load(folder / "index.json")
     assert (index["version"], index["revision"]) == (__version__, tree.revision)
     rows = {row["id"]: row for row in index["boards"]}
-    assert rows.keys() == {board.id for board in map(load_board, find_boards()) if board.target != "host"}
+    assert rows.keys() == {
+        board.id for board in map(load_board, tree.root.glob("boards/*.toml")) if board.target != "host"
+    }
     for name, row in rows.items():
         assert bool(row["missing"]) == (name not in tree.boards)
         assert [build["path"] for build in row["manifests"]] == [f"{name}/manifest.json"] * (name in ESP32_BOARDS)

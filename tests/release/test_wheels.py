@@ -154,7 +154,7 @@ def command(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The wheel in an empty environment, as pip installs it."""
     folder = tmp_path_factory.mktemp("empty") / "venv"
     venv.create(folder, with_pip=False, symlinks=True)
-    pip = [sys.executable, "-m", "pip", "--python", str(folder / "bin" / "python"), "install", "-q"]
+    pip = [sys.executable, "-m", "pip", "--python", str(folder / "bin" / "python"), "install", "-q", "--no-compile"]
     run = subprocess.run([*pip, str(wheel)], timeout=BUILD_S, capture_output=True, text=True, check=False)
     if run.returncode != 0:
         missing(f"the package's dependencies cannot be installed:\n{run.stderr[-2000:]}")

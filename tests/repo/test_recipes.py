@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from wificnc.build.compiler import locate_compiler
+from quick_compiler import quick_compiler
 
 pytestmark = pytest.mark.slow  # builds copies of the tree
 
@@ -75,13 +75,18 @@ def apply(tree: Path, block: Block) -> None:
 def build_target(tree: Path) -> None:
     """The compiler's command on the page, with the compiler of this computer."""
     command = next(block.text for block in RECIPES["A target"] if block.text.startswith("cc "))
-    run(tree, "sh", "-ec", shlex.join(locate_compiler()) + command.removeprefix("cc"))
+    run(tree, "sh", "-ec", shlex.quote(str(tree / "build" / "cc")) + command.removeprefix("cc"))
 
 
 def run(tree: Path, *command: str, ok: bool = True) -> str:
     """What it printed; in the copy, with the copy's own modules."""
     modules = ("cli", "tools", "tests/support", "tests/wire")
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(str(tree / module) for module in modules)}
+    compiler = str(tree / "build" / "cc")
+    environment = {
+        **os.environ,
+        "CC": compiler,
+        "PYTHONPATH": os.pathsep.join(str(tree / module) for module in modules),
+    }
     done = subprocess.run(
         command, cwd=tree, env=environment, capture_output=True, text=True, timeout=TIMEOUT_S, check=False
     )
@@ -103,6 +108,7 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
             (copy / path).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(ROOT / path, copy / path)
     (copy / "build").mkdir()
+    quick_compiler(copy / "build")
     for blocks in RECIPES.values():
         for block in blocks:
             if not block.text.startswith("cc "):

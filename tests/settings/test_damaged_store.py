@@ -11,8 +11,10 @@ from pathlib import Path
 
 import pytest
 from grbl_host import BANNER, Grbl
+from slow import deep_but
 
 VALUES = ["$100=640", "$110=1234.5", "$22=1", "$20=1", "G10L2P3X1.5Y-2", "G10L1P5Z-3", "$N0=G21", "$I=SHOP"]
+EVERY = 5
 DAMAGED = "[MSG:Stored data is damaged: "
 ACKNOWLEDGE = ". Check $$ $# $N, then $ACK]\r\n"
 SETTINGS, OFFSETS, STARTUP, INFO, MORE, TOOLS = range(1, 7)
@@ -63,13 +65,15 @@ def sealed(payload: bytes, version: int = 1) -> bytes:
 
 
 @pytest.mark.slow
-def test_no_flipped_bit_is_silent(store: Path) -> None:
-    """Each bit of the file in turn: all values are as they were, or the machine is locked and says why."""
+@pytest.mark.parametrize("first", deep_but((0).__eq__, range(EVERY)))
+def test_no_flipped_bit_is_silent(store: Path, first: int) -> None:
+    """Each bit of the file in turn, in CI every fifth: all values are as they were, or the machine is locked and says
+    why."""
     whole = store.read_bytes()
     with started(store) as (controller, said):
         assert DAMAGED not in said
         right = values(controller)
-    for bit in range(8 * len(whole)):
+    for bit in range(first, 8 * len(whole), EVERY):
         image = bytearray(whole)
         image[bit // 8] ^= 1 << bit % 8
         store.write_bytes(image)

@@ -26,16 +26,42 @@ def walk(situation: str, names: tuple[str, ...]) -> None:
     pair.close()
 
 
-@pytest.mark.parametrize("situation", slow_but(lambda name: "," not in name, SITUATIONS))
-def test_every_cell(situation: str) -> None:
+def walk_cells(situation: str, names: list[str]) -> None:
     """A find names its cell, and the other cells are walked all the same."""
     finds = []
-    for name in INPUTS:
+    for name in names:
         try:
             walk(situation, (name,))
         except AssertionError as find:
             finds.append(f"{name}: {find}")
     assert finds == []
+
+
+def is_one_of_several(situation: str) -> bool:
+    """Another way into the same state: "hold, M0" next to "hold, move"."""
+    return "," in situation
+
+
+def some_inputs(situation: str) -> list[str]:
+    turn = list(SITUATIONS).index(situation) % 2
+    return INPUTS[turn::2] if is_one_of_several(situation) else INPUTS
+
+
+@pytest.mark.parametrize("situation", slow_but(lambda name: not is_one_of_several(name), SITUATIONS))
+def test_every_cell(situation: str) -> None:
+    """Of a state that has several situations, each cell in every second of them."""
+    walk_cells(situation, some_inputs(situation))
+
+
+def test_some_inputs_are_all_of_each_state() -> None:
+    walked = {(situation.split(",")[0], name) for situation in SITUATIONS for name in some_inputs(situation)}
+    assert walked == {(situation.split(",")[0], name) for situation in SITUATIONS for name in INPUTS}
+
+
+@pytest.mark.deep
+@pytest.mark.parametrize("situation", list(filter(is_one_of_several, SITUATIONS)))
+def test_every_other_cell(situation: str) -> None:
+    walk_cells(situation, [name for name in INPUTS if name not in some_inputs(situation)])
 
 
 @pytest.mark.deep

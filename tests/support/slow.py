@@ -7,7 +7,8 @@ run by its name runs whole.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
+from itertools import product
 from typing import Any, TypeVar
 
 import pytest
@@ -27,6 +28,15 @@ def slow_but(
 def deep_but(is_kept: Callable[[Value], bool], values: Iterable[Value]) -> list[Any]:
     """Parameters of a test, of which `make test-all` runs some."""
     return slow_but(is_kept, values, lambda _: False)
+
+
+def cases_but(is_kept: Callable[..., bool], *values: Collection[Any]) -> list[Any]:
+    """All combinations of these parameters, of which `make test-all` runs some, with every value among them."""
+    every = list(product(*values))
+    kept = [case for case in every if is_kept(*case)]
+    for number, value in ((n, each) for n, column in enumerate(values) for each in column):
+        assert any(case[number] == value for case in kept), f"{value}: no case of it is kept"
+    return [pytest.param(*case, marks=() if case in kept else pytest.mark.deep) for case in every]
 
 
 def _marked(mark: str, value: object) -> Any:

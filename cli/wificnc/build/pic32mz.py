@@ -71,8 +71,9 @@ def build_pic32mz(
         units = [_unit(root, directory, compiler, source) for source in firmware_sources(root)]
         compiled, _ = compile_stale(_compile_command(root, compiler, directory), units, title, root)
         objects = [unit.object for unit in units]
-        if compiled or is_older(elf, [*objects, root / LINKER_SCRIPT]) or is_older(hex_file, [elf]):
+        if compiled or is_older(elf, [*objects, root / LINKER_SCRIPT]):
             _link(root, compiler, objects, elf, title)
+        if is_older(hex_file, [elf]):
             blocks = read_elf(elf.read_bytes())
             hex_file.write_text(write_hex(blocks), encoding="utf-8")
     flash, ram = _sizes(elf)

@@ -1,0 +1,16 @@
+"""A compiler that does not optimise, which takes most of its time: for what only has to be built and run once."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+from wificnc.build.compiler import locate_compiler
+
+
+def quick_compiler(folder: Path) -> Path:
+    """`cc` in that folder: this computer's compiler."""
+    program = folder / "cc"
+    program.write_text(f'#!/bin/sh\nexec {shlex.join(locate_compiler())} "$@" -O0\n', encoding="utf-8")
+    program.chmod(0o755)
+    return program
