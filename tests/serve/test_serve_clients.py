@@ -230,6 +230,7 @@ def test_idle_strangers_shut_nobody_out(server: Server) -> None:
             stack.enter_context(connect_from(server, STRANGER))
         owner = stack.enter_context(connect_from(server, OWNER))
         assert owner.ask("G0X1")[-1] == "ok"
+        assert owner.idle_position_mm()[0] == 1.0  # a sender that is lost in motion would end in a hold
         for _ in range(40):
             stack.enter_context(connect_from(server, STRANGER))
         owner.close()
