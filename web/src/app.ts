@@ -2,7 +2,7 @@
 import { computed, effect, signal } from "@preact/signals";
 import { JobRunner } from "./job/runner";
 import { PreflightRunner } from "./job/preflight";
-import { askWhoServes } from "./link/served";
+import { askWhoServes, connectFirst } from "./link/served";
 import { Controller } from "./link/controller";
 import { pickPort, SerialTransport } from "./link/serial";
 import { ownAddress, SocketTransport } from "./link/socket";
@@ -230,13 +230,12 @@ export async function logIn(key: string): Promise<void> {
 /** When a controller serves this page, connect to it. */
 export async function start(): Promise<void> {
   takeLinkKey();
-  const answer = await askWhoServes(
-    () => fetch(new URL("./api/controller", document.baseURI)),
-    (ms) => new Promise((resolve) => setTimeout(resolve, ms)),
-  );
+  const wait = (ms: number): Promise<void> => new Promise((resolve) => setTimeout(resolve, ms));
+  const answer = await askWhoServes(() => fetch(new URL("./api/controller", document.baseURI)), wait);
   if (!answer?.ok || !answer.headers.get("content-type")?.includes("json")) return;
   served.value = (await answer.json()) as Served;
-  if (!controller.connected.value) await attempt(connectSocket); // a user may have been faster, by USB
+  // A user may have been faster, by USB.
+  await connectFirst(() => attempt(connectSocket), () => controller.link.peek() === "closed", wait);
 }
 
 function storedTheme(): Theme {

@@ -1,5 +1,5 @@
 import { expect, it } from "vitest";
-import { askWhoServes } from "../src/link/served";
+import { askWhoServes, connectFirst } from "../src/link/served";
 
 /** Answers in this order; null: the request is lost. */
 function asked(statuses: (number | null)[]): { ask: () => Promise<Response>; wait: (ms: number) => Promise<void>; waits: number[] } {
@@ -37,4 +37,26 @@ it("gives up where no one answers, as without a network", async () => {
   const { ask, wait, waits } = asked([]);
   expect(await askWhoServes(ask, wait)).toBeNull();
   expect(waits.reduce((sum, ms) => sum + ms, 0)).toBeLessThan(20_000);
+});
+
+/** A link that opens at its turn; at `taken` a person has connected by another one meanwhile. */
+function tried(opensAt: number, taken = Infinity): { opens: () => number; run: Promise<void> } {
+  let [opens, waits] = [0, 0];
+  const run = connectFirst(
+    async () => void opens++,
+    () => opens < opensAt && waits < taken,
+    async () => void waits++,
+  );
+  return { opens: () => opens, run };
+}
+
+it.each([
+  ["once where it opens", 1, Infinity, 1],
+  ["again where it does not", 3, Infinity, 3],
+  ["no more where a person was faster", 9, 1, 1],
+  ["five times at most", 9, Infinity, 5],
+])("connects %s", async (_, opensAt, taken, times) => {
+  const { opens, run } = tried(opensAt, taken);
+  await run;
+  expect(opens()).toBe(times);
 });
