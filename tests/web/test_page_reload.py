@@ -66,6 +66,23 @@ def test_a_job_is_resumed_after_a_reload(socket_link: Callable[..., Console]) ->
     expect(console.page.get_by_text("Drop a G-code file here")).to_be_visible()
 
 
+def test_a_job_that_is_closed_stays_closed(socket_link: Callable[..., Console]) -> None:
+    """Also where the page is loaded again before the browser's database has forgotten it."""
+    console = socket_link()
+    load(console, square(4))
+    expect(console.by("job-start")).to_be_enabled()
+    console.page.evaluate("IDBObjectStore.prototype.clear = () => {}")
+    console.by("job-close").click()
+    expect(console.page.get_by_text("Drop a G-code file here")).to_be_visible()
+    reload(console)
+    console.is_in("Idle")
+    expect(console.page.get_by_text("Drop a G-code file here")).to_be_visible()
+    load(console, square(4))  # the same text is another loading of it
+    expect(console.by("job-start")).to_be_enabled()
+    reload(console)
+    expect(console.by("job-start")).to_be_enabled()
+
+
 def test_a_resume_that_is_left_before_its_line_begins_at_that_line(socket_link: Callable[..., Console]) -> None:
     """Its first lines restore the state and are not of the file: a reload in them must not lead to line 1."""
     console = socket_link()

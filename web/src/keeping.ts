@@ -1,6 +1,6 @@
 /** Keeps the job of the page over a reload: text and place in, and what was kept out again. It starts nothing. */
 import { effect, signal, untracked } from "@preact/signals";
-import { attempt, controller, job } from "./app";
+import { attempt, controller, job, store, stored } from "./app";
 import { forgetKept, keepJob, keepPlace, readKept, type KeptJob, type KeptPlace } from "./job/kept";
 import { readProgram } from "./job/program";
 import type { JobState } from "./job/runner";
@@ -8,6 +8,9 @@ import { t } from "./words";
 
 /** Why a reload loses the job; "": it does not. */
 export const notKept = signal("");
+
+/** The job that was closed last, by its id: written immediately, as a page that is loaded again does not wait for a database. */
+const CLOSED = "wificnc-closed-job";
 
 let kept: KeptJob | null = null;
 
@@ -22,13 +25,13 @@ async function written(work: Promise<void>): Promise<void> {
   );
 }
 
-
 function followProgram(): void {
   const program = job.program.value;
   if (program && program.source !== kept?.source) {
     kept = { id: `${Date.now()}-${Math.random()}`, name: program.name, source: program.source };
     void written(keepJob(kept, untracked(place)));
   } else if (!program && kept) {
+    store(CLOSED, kept.id);
     void written(forgetKept(kept.id));
     kept = null;
   }
@@ -53,7 +56,8 @@ function restore(text: KeptJob, { state, line, why, machine }: KeptPlace): void 
 /** Bring back what was kept, unless a job was loaded meanwhile; and keep from now on. */
 export async function startKeeping(): Promise<void> {
   const found = await readKept().catch((error: unknown) => void (notKept.value = String(error)));
-  if (found && !job.program.peek()) await attempt(async () => restore(found.job, found.place));
+  if (found?.job.id === stored(CLOSED)) void written(forgetKept(found!.job.id));
+  else if (found && !job.program.peek()) await attempt(async () => restore(found.job, found.place));
   effect(followProgram);
   effect(followPlace);
 }
