@@ -11,7 +11,11 @@ export default defineConfig({
     assetsInlineLimit: 0,
     modulePreload: { polyfill: false },
     reportCompressedSize: false,
-    rolldownOptions: { input: ["index.html", "setup.html"] },
+    rolldownOptions: {
+      input: ["index.html", "setup.html"],
+      // In one file: each more costs a request and its head.
+      output: { advancedChunks: { groups: [{ name: "libraries", test: /node_modules\/(preact|@preact|@noble)\// }] } },
+    },
     manifest: "files.json", // which file loads which, for firmware that carries the page
   },
   worker: { format: "es" },
