@@ -47,6 +47,7 @@ SITUATIONS: dict[str, list[str]] = {
     "parked_moves, probe": ["pause", "park_byte", "probe"],
     "parked_moves, resumes": ["move", "hold_byte", "park_byte", "probe", "resume_byte"],
     "door_closed, parked": ["move", "hold_byte", "park_byte", "door_byte"],
+    "parked_moves, operator waits": ["move", "hold_byte", "park_byte", "jog_line", "spindle_line"],
     "door_closed, operator probes": ["move", "hold_byte", "park_byte", "probe", "door_byte"],
     "door_open, nothing": ["door_opens"],
     "door_open, move": ["move", "door_opens"],

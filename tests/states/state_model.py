@@ -128,6 +128,7 @@ class Model:
     def _park_conditions(self) -> set[str]:
         found = {"parked"} if self.parked else set()
         found |= {"operator probes"} if self.probes else set()
+        found |= {"operator waits"} if self.aside else set()
         found |= {"lines ended"} if self.lines_ended else set()
         left = self.lines_ended and (self.resumes or self.aside or self.probes)
         return found | ({"lines left"} if left else set())

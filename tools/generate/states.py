@@ -73,6 +73,7 @@ CONDITIONS = {
     "locked before": "which were in alarm before",
     "parked": "if the job is parked",
     "operator probes": "while the operator's probing move is under way",
+    "operator waits": "while a line of the operator's waits for the end of the motion before it",
     "lines ended": "after a `~`, or when the sender was lost",
     "lines left": "with lines of the operator before a `~` that are not done",
 }

@@ -37,6 +37,7 @@ Condition = Literal[
     "stream known",
     "parked",
     "operator probes",
+    "operator waits",
     "lines ended",
     "lines left",
 ]
