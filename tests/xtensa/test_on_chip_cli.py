@@ -15,8 +15,8 @@ import images
 import numpy as np
 import pytest
 import talking
+from on_chip import wificnc
 from patience import HANG_S
-from wificnc.app import main
 from wificnc.board.load import load_board
 from wificnc.chip.esp_image import load_image
 from wificnc.chip.esp_machine import EspMachine
@@ -39,7 +39,6 @@ miso = "GPIO19"
 sclk = "GPIO18"
 cs = { pin = "GPIO5", allow = { strapping = "pulled up by the chip" } }
 """
-JOB = "G21G90\nG1X2F1500\nG2X4Y2I0J2\nM0\nG1X0Y0Z1A1\n"
 NVS_SIZE = 0x6000  # partitions.csv
 
 
@@ -68,19 +67,6 @@ def ethernet(tmp_path: Path) -> Path:
     path = tmp_path / "ethernet.toml"
     path.write_text(text + ETHERNET)
     return path
-
-
-@pytest.fixture
-def job(tmp_path: Path) -> Path:
-    path = tmp_path / "job.nc"
-    path.write_text(JOB)
-    return path
-
-
-def wificnc(*arguments: object) -> int:
-    with pytest.raises(SystemExit) as ended:
-        main([str(argument) for argument in arguments])
-    return int(ended.value.code or 0)
 
 
 def sim(job: Path, *options: object) -> int:

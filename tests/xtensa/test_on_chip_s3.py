@@ -7,7 +7,7 @@ from pathlib import Path
 import images
 import pytest
 import talking
-from wificnc.app import main
+from on_chip import wificnc
 from wificnc.board.load import load_board
 from wificnc.chip.esp_image import load_image
 from wificnc.chip.esp_machine import EspMachine
@@ -18,7 +18,6 @@ from xtensa import windows
 from xtensa.toolchain import Toolchain
 
 BOARD, KIND = "esp32s3-devkitc", Chip.ESP32S3
-JOB = "G21G90\nG1X2F1500\nG2X4Y2I0J2\nM0\nG1X0Y0Z1A1\n"
 NVS_SIZE = 0x6000  # partitions.csv
 
 
@@ -30,19 +29,6 @@ def build(tools: Toolchain, tmp_path_factory: pytest.TempPathFactory) -> Path:
     elf = talking.build(tools, kind=KIND).read_bytes()
     folder = tmp_path_factory.mktemp("build") / BOARD
     return talking.make_folder(folder, elf, talking.application(elf, kind=KIND), kind=KIND)
-
-
-@pytest.fixture
-def job(tmp_path: Path) -> Path:
-    path = tmp_path / "job.nc"
-    path.write_text(JOB)
-    return path
-
-
-def wificnc(*arguments: object) -> int:
-    with pytest.raises(SystemExit) as ended:
-        main([str(argument) for argument in arguments])
-    return int(ended.value.code or 0)
 
 
 def test_a_job_makes_the_hosts_steps(build: Path, job: Path, capsys: pytest.CaptureFixture[str]) -> None:
