@@ -26,7 +26,7 @@ unexport PYTHONDONTWRITEBYTECODE
 help:
 	@echo 'make demo    run a real job through the real core and draw it (build/demo/)'
 	@echo 'make test    the quick tests: every area in a few minutes; PYTEST="tests/gcode -x" for a part'
-	@echo 'make test-all  the slow tests too (whole jobs in the virtual chip, long searches, installed packages), as CI runs them'
+	@echo 'make test-all  all cases and the slow tests (whole jobs in the virtual chip, long searches, installed packages), as CI runs them'
 	@echo 'make test-deep  what test-all leaves out: the same on more computers, boards and cuts of the power; runs each night'
 	@echo 'make test-chip  the Grbl checklist and the senders against the real image in the virtual PIC32MZ, all of them'
 	@echo 'make power-cuts  the power cut at every flash operation of every command that stores, and how many those were'

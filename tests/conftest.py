@@ -10,7 +10,7 @@ import pytest
 from file_scheduling import FileScheduling
 from hypothesis import settings
 from made_key import use_made_key
-from sample import sampled
+from sample import CasesOfCi, sampled
 from skips import closing_lines, complaint, is_forbidden
 from xdist.remote import Producer
 
@@ -26,18 +26,18 @@ use_made_key()
 
 # Folders that take longest, the longest first: a long one that starts last leaves the other workers idle.
 LONGEST_FIRST = (
-    *("web", "build", "pic32mz", "release", "grbl", "xtensa", "motion", "states", "esp32", "senders", "serve"),
-    *("repo", "wire", "gcode", "cli", "linuxcnc", "link"),
+    *("linuxcnc", "pic32mz", "xtensa", "web", "release", "esp32", "build", "grbl", "motion", "states", "senders", "serve"),
+    *("repo", "wire", "gcode", "cli", "link"),
 )
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int | None:
-    """Half as many again as processors: a third of the time of all tests is waiting, for browsers and real time."""
+    """Twice as many as processors: a third of the time of all tests is waiting, for browsers and real time."""
     if os.environ.get("PYTEST_XDIST_AUTO_NUM_WORKERS"):
         return None
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return cores + (cores + 1) // 2
+    return 2 * cores
 
 
 @pytest.hookimpl(wrapper=True)
@@ -57,6 +57,8 @@ def _rank(item: pytest.Item) -> int:
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--cases", type=int, default=0, metavar="N", help="of each test at most N cases; 0: all")
+    said = "of tests whose cases are alike some stay for CI, and the others are marked deep"
+    parser.addoption("--cases-of-ci", action="store_true", help=said)
 
 
 @pytest.hookimpl(trylast=True)  # of those that -m and -k leave
@@ -93,6 +95,8 @@ class Failures:
 
 
 def pytest_configure(config: pytest.Config) -> None:
+    if config.getoption("--cases-of-ci"):
+        config.pluginmanager.register(CasesOfCi())
     if not hasattr(config, "workerinput"):
         config.pluginmanager.register(Failures(config))
 

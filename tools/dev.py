@@ -19,12 +19,13 @@ OLDEST_PYTHON = (3, 10)
 COMPILERS = ("cc", "gcc", "clang")
 RUN_EXTRAS, DEV_EXTRAS = "plot", "plot,esp,dev"
 RUN_STAMP, DEV_STAMP = ".ready", ".ready-dev"
-CASES = 4  # of each quick test; those of a test that is asked for by its name run all
+# Which cases of a test; those of one that is asked for by its name run all.
+SAMPLES = {"test": "--cases=4", "test-all": "--cases-of-ci", "test-deep": "--cases-of-ci"}
 CHOSEN = {"test": "not slow and not deep", "test-all": "not deep", "test-deep": "deep"}
 COMMANDS = {
     "demo": "run a real job through the real core and draw it",
     "test": "the quick tests, of each a few cases; more words go to pytest, and all cases run",
-    "test-all": "all cases and the slow tests, as CI runs them; more words go to pytest",
+    "test-all": "the slow tests, too, as CI runs them; more words go to pytest, and all cases run",
     "test-deep": "what test-all leaves out, as it runs each night; more words go to pytest",
     "lint": "formats, types, static analysis, house rules: all, or those named",
     "setup": "only set up .venv; --dev: with the tools",
@@ -55,7 +56,7 @@ def main(words: list[str]) -> int:
     chosen = ["-m", CHOSEN[asked.command]]
     if not rest:
         compile_tests(python)
-        chosen += [f"--cases={CASES}"] if asked.command == "test" else []
+        chosen.append(SAMPLES[asked.command])
     return run([python, "-m", "pytest", "-n", "auto", "--no-loadscope-reorder", *chosen, *rest])
 
 

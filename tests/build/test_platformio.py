@@ -67,7 +67,7 @@ def test_the_pic32mz_is_built_by_our_own_build(environment: dict[str, str]) -> N
     assert image.read_text().startswith(":")
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_native_is_the_serving_controller(environment: dict[str, str]) -> None:
     """Not optimised, which takes most of a compiler's time."""
     pio({**environment, "PLATFORMIO_BUILD_FLAGS": "-O0"}, "run", "-e", "native")

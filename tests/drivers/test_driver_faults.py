@@ -111,6 +111,7 @@ def with_some_chips(of_esp32: int, of_pic32mz: int, values: Collection[int]) -> 
     return pytest.mark.parametrize(("grbl", "fault"), cases, indirect=["grbl"])
 
 
+@pytest.mark.alike(8)
 @with_some_chips(NO_SUPPLY, SHORT, FAULTS)
 def test_a_fault_in_mid_job_is_one_message_a_stop_within_the_limits_and_an_alarm(grbl: DriverGrbl, fault: int) -> None:
     text = FAULTS[fault]

@@ -83,6 +83,7 @@ def is_kept(tasks: Tasks, fault: int, action: int) -> bool:
     return action == (TASKS.index(tasks) + FAULTS.index(fault)) % 3
 
 
+@pytest.mark.alike(6)
 @pytest.mark.parametrize(("tasks", "fault", "action"), cases_but(is_kept, TASKS, FAULTS, ACTIONS))
 def test_a_fault_while_it_homes_is_an_alarm_whatever_the_setting_is(tasks: Tasks, fault: int, action: int) -> None:
     """Its end is not found, or found where the motor was left."""

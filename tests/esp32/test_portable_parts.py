@@ -79,6 +79,7 @@ def test_outputs_of_shift_registers() -> None:
     assert done.returncode == 0, done.stdout + done.stderr
 
 
+@pytest.mark.alike(4)
 @pytest.mark.parametrize("board_id", slow_but(QUICK.__contains__, BOARDS, BOARDS[::3].__contains__))
 def test_outputs_are_those_of_the_board_file(board_id: str) -> None:
     """What a board lacks is refused by the core; the firmware learns it from the pin map, moved pins included."""

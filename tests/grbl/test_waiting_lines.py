@@ -14,6 +14,7 @@ def resume(grbl: Grbl) -> str:
     return grbl.after(0.2, "~")
 
 
+@pytest.mark.alike(12)
 @pytest.mark.parametrize("stop", slow_but("!".__eq__, ["!", "\x84"]))
 @pytest.mark.parametrize("line", NEED_REST)
 def test_a_line_that_waited_finds_the_program_running(grbl: Grbl, stop: str, line: str) -> None:

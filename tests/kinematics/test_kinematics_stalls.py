@@ -61,6 +61,7 @@ def assert_ends_at(machine: Machine, run: Run, place: tuple[int, int]) -> None:
     assert machine.tool_mm(joints_of(run))[-1] == pytest.approx(place, abs=step_mm(machine.kind, 90))
 
 
+@pytest.mark.alike(8)
 @pytest.mark.parametrize("jerk", [0, 30_000])
 @pytest.mark.parametrize("late", stalls.LATE)
 @pytest.mark.parametrize("name", KINDS)
@@ -112,6 +113,7 @@ def test_a_jog_is_cancelled_on_its_line(seed: int, name: str, late: str) -> None
     assert_ends_at(machine, again, (60, -50))
 
 
+@pytest.mark.alike(8)
 @pytest.mark.parametrize("late", stalls.LATE)
 @pytest.mark.parametrize("name", KINDS)
 @pytest.mark.parametrize("seed", stalls.seeds(3))

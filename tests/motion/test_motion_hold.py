@@ -19,6 +19,7 @@ PROGRAMS = {
 REACTION_S = 0.003 * 1.5 + 0.003 + 0.002 + 0.003
 
 
+@pytest.mark.alike(8)
 @pytest.mark.parametrize("name", PROGRAMS)
 @pytest.mark.parametrize("part", slow_but((0.02, 0.5, 0.99).__contains__, PARTS, PARTS[::2].__contains__))
 def test_a_hold_stops_within_its_ramp_and_resumes_exactly(host: Host, name: str, part: float) -> None:

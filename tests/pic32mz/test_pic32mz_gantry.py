@@ -21,7 +21,7 @@ from wificnc.chip.machine import STORE_OFFSET, motor_wire
 from wificnc.chip.virtual import CPU_HZ, NO_PIN
 from wificnc.sim.run import SimOptions
 
-pytestmark = pytest.mark.slow  # builds an image of its own; tests/esp32 and tests/grbl have quick ones
+pytestmark = pytest.mark.slow  # tests/esp32 and tests/grbl have quick ones
 
 FIRST, SECOND = 1, 3  # motors of Y
 HIGH, PULL_OFF = 1007, 500
@@ -59,24 +59,17 @@ def four_axes(reference: Pic32Build) -> tuple[tuple[Block, ...], bytes]:
         return image, stored_pages(controller)
 
 
-MOTORS = ["board", "$211=4"]  # the second one is the board's, or the driver of A by a setting
-# Where one of many cases is enough to see that the setting makes the same gantry: test_both_motors_stop_at_one_switch
-# and others below are run with both.
-MOSTLY_THE_BOARDS = pytest.mark.parametrize("gantry", deep_but("board".__eq__, MOTORS), indirect=True)
+# The second one is the driver of A by a setting, in the image that other tests use, too, or the board's.
+MOTORS = deep_but("$211=4".__eq__, ["$211=4", "board"])
 
 
 @pytest.fixture(params=MOTORS)
-def gantry(
-    request: pytest.FixtureRequest,
-    board: Board,
-    image: tuple[Block, ...],
-    four_axes: tuple[tuple[Block, ...], bytes],
-) -> Iterator[Controller]:
+def gantry(request: pytest.FixtureRequest) -> Iterator[Controller]:
     """Homes Y to its far end."""
     by_setting = request.param != "board"
-    if by_setting:
-        board, image = load_board("pic32mz2048efh100"), four_axes[0]
-    with Controller(board, image) as controller:
+    four_axes = request.getfixturevalue("four_axes") if by_setting else ()
+    image = four_axes[0] if by_setting else request.getfixturevalue("image")
+    with Controller(load_board("pic32mz2048efh100" if by_setting else "pic32mz-gantry"), image) as controller:
         if by_setting:
             controller.chip.set_flash(STORE_OFFSET, four_axes[1])
             controller.chip.power_on()
@@ -100,7 +93,6 @@ def stands(gantry: Controller) -> tuple[int, int]:
     return gantry.chip.position(FIRST), gantry.chip.position(SECOND)
 
 
-@MOSTLY_THE_BOARDS
 @pytest.mark.parametrize("skew", deep_but({0, -1, 37, -1200}.__contains__, [0, 1, -1, 37, -250, 1000, -1200]))
 def test_both_motors_end_a_pull_off_before_their_switches(gantry: Controller, skew: int) -> None:
     """Square to the step, however crooked it was; and from then on both make every step."""
@@ -181,7 +173,7 @@ def by_turns(stop: str, moment_s: float) -> bool:
     return MOMENTS_S.index(moment_s) % 2 == STOPS.index(stop)
 
 
-@MOSTLY_THE_BOARDS
+@pytest.mark.alike(4)
 @pytest.mark.parametrize(("stop", "moment_s"), cases_but(by_turns, STOPS, MOMENTS_S))
 def test_interrupted_at_any_moment(gantry: Controller, stop: str, moment_s: float) -> None:
     """Both motors step afterwards, whichever of them has waited, and homing works."""
@@ -205,7 +197,7 @@ def test_interrupted_at_any_moment(gantry: Controller, stop: str, moment_s: floa
 
 
 @pytest.mark.parametrize("pulse_us", [3, 255])
-def test_no_pulse_is_cut_short_when_a_motor_begins_to_wait(gantry: Controller, board: Board, pulse_us: int) -> None:
+def test_no_pulse_is_cut_short_when_a_motor_begins_to_wait(gantry: Controller, pulse_us: int) -> None:
     """The task may look before the last pulse has ended: the motor that waits must see its end."""
     gantry.fine("$110=400", "$111=400", "$112=400")  # what is possible with the longest pulse
     gantry.fine(f"$0={pulse_us}")
@@ -219,6 +211,7 @@ def test_no_pulse_is_cut_short_when_a_motor_begins_to_wait(gantry: Controller, b
     assert [gantry.chip.level(gantry.pin(signal)) for signal in ("step_y", second)] == [0, 0]
 
 
+@pytest.mark.deep
 def test_a_second_motor_costs_the_interrupts_nothing(build: Pic32Build, reference: Pic32Build) -> None:
     """The longest paths of the step and of the end of a pulse are those of the board without a gantry."""
     programs = [read_disassembly(disassemble(made.elf)) for made in (build, reference)]
@@ -255,6 +248,7 @@ def test_only_the_motor_that_is_behind_steps_alone_within_the_limits(gantry: Con
     assert len(alone) - 2 * alone.sum(dtype=np.int64) == 700
 
 
+@pytest.mark.deep
 def test_a_job_makes_the_hosts_steps_with_both_motors(board: Board, build: Pic32Build, tmp_path: Path) -> None:
     job = tmp_path / "job.nc"
     job.write_text("G21G90\nG1X5F1500\nG2X8Y3I0J3\nG1X0Y0\n")

@@ -61,6 +61,7 @@ def test_the_same_steps_as_the_host_at_the_same_times(controller: Controller, tm
     compare(host_trace(tmp_path, lines), chip_trace(controller, lines))
 
 
+@pytest.mark.alike(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("settings", SHAPED.values(), ids=SHAPED.keys())
 def test_the_same_shaped_steps_as_the_host(controller: Controller, tmp_path: Path, settings: tuple[str, ...]) -> None:

@@ -70,7 +70,7 @@ def connected(address: str) -> Iterator[Wire]:
         yield Wire(client.fileno())
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_a_job_by_tcp(build: Pic32Build, tmp_path: Path) -> None:
     """A job, streamed by our own sender, as fast as the computer can."""
     job = tmp_path / "job.nc"

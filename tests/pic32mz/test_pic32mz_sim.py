@@ -63,7 +63,7 @@ def test_dollar_lines_of_a_file_wait_until_the_axes_stand(
     assert "the same steps" in said and "0 refused" in said and "position    250, 250, 0, 0 steps" in said
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_a_faster_wire_and_a_faster_cpu_make_the_same_steps(board: Board, job: Path) -> None:
     """Nothing in this job waits for either: the same steps, in the same time."""
     job.write_text("G21G90\nG1X2F1500\nG2X4Y2I0J2\nG1X0Y0\n")
@@ -130,7 +130,7 @@ def test_the_pins_as_csv_are_the_steps(build: Pic32Build, job: Path, tmp_path: P
     assert position == {"x": 0, "y": 0} and set(rose) == {"x", "y"}
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_the_pins_as_vcd_are_those_of_csv(build: Pic32Build, job: Path, tmp_path: Path) -> None:
     assert sim(job, "--on-chip", "--trace", str(tmp_path / "a.csv")) == Exit.OK
     assert sim(job, "--on-chip", "--trace", str(tmp_path / "a.vcd")) == Exit.OK

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from chip_controller import Controller
-from slow import slow_but
+from slow import deep_but
 from wificnc.board.model import Board
 from wificnc.chip.image import Block
 from wificnc.chip.virtual import ESTIMATE, Timing
@@ -16,7 +16,7 @@ GAP_US = 1.0  # a step may come so much later or earlier after the one before th
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("timing", slow_but("caches".__eq__, TIMINGS, "1.5 cycles".__ne__))
+@pytest.mark.parametrize("timing", deep_but("caches".__eq__, TIMINGS))
 def test_the_promised_rate_holds(board: Board, image: tuple[Block, ...], timing: str) -> None:
     """Four axes at the board's rate, requests and lines without a pause: no gap, no loss, no underrun."""
     rate = board.timing.max_step_rate_hz
@@ -45,7 +45,7 @@ def test_the_promised_rate_holds(board: Board, image: tuple[Block, ...], timing:
         assert min(pulses.high, pulses.low) / controller.chip.cpu_hz >= board.timing.step_pulse_ns * 1e-9
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 def test_short_moves_after_a_long_one_end_where_they_should(board: Board, image: tuple[Block, ...]) -> None:
     """From two cycles an instruction on, whatever is in the store and at the serial port."""
     with Controller(board, image) as controller:

@@ -61,7 +61,7 @@ def wificnc(installed: Path, folder: Path, *arguments: object, path: str = "") -
     return run.stdout
 
 
-def test_boards_sim_and_flash_need_no_checkout(installed: Path, tmp_path: Path, tree: Tree, compiler: str) -> None:
+def test_boards_and_flash_need_no_checkout(installed: Path, tmp_path: Path, tree: Tree) -> None:
     boards = json.loads(wificnc(installed, tmp_path, "boards", "list", "--json"))
     assert {"host", *ESP32_BOARDS, PIC32MZ_BOARD} <= {board["id"] for board in boards}
 
@@ -70,6 +70,9 @@ def test_boards_sim_and_flash_need_no_checkout(installed: Path, tmp_path: Path, 
         assert [line.split()[0] for line in said[:4]] == [at, "0x008000", "0x00F000", "0x020000"]
     assert not (tmp_path / "cache").exists()  # nothing had to be built for that
 
+
+@pytest.mark.deep  # compiles all of the core; test_wheels.py has a wheel with it
+def test_sim_needs_a_compiler_and_no_checkout(installed: Path, tmp_path: Path, compiler: str) -> None:
     (tmp_path / "part.nc").write_text("G21 G90\nG0 X10 Y5\nG1 Z-1 F100\nG2 X20 Y5 I5 J0 F600\nM2\n")
     words = ("sim", "part.nc", "--machine", "shapeoko3", "--json", "-")
     report = json.loads(wificnc(installed, tmp_path, *words, path=compiler))

@@ -1,4 +1,4 @@
-"""`make test` runs some cases of each test, always the same ones."""
+"""`make test` and CI run some cases of each test, always the same ones; each night runs the others."""
 
 from __future__ import annotations
 
@@ -26,14 +26,24 @@ def test_one_case_more_changes_at_most_one() -> None:
     assert sampled(reversed(CASES[1:]), 19) == set(CASES[1:])
 
 
-@pytest.mark.parametrize(("option", "said"), [("--cases=3", "4 passed, 6 deselected"), ("--cases=0", "10 passed")])
-def test_pytest_runs_the_sample(option: str, said: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        (["--cases=3"], "4 passed, 7 deselected"),
+        (["--cases=0"], "11 passed"),
+        (["--cases-of-ci", "-m", "not deep"], "4 passed, 7 deselected"),
+        (["--cases-of-ci", "-m", "deep"], "7 passed, 4 deselected"),
+        (["-m", "not deep"], "10 passed, 1 deselected"),
+    ],
+)
+def test_pytest_runs_the_sample(options: list[str], said: str, tmp_path: Path) -> None:
     """And says how many it left out."""
     tests = Path(__file__).parents[1]
     (tmp_path / "conftest.py").write_bytes((tests / "conftest.py").read_bytes())
     (tmp_path / "pytest.ini").write_text(f"[pytest]\npythonpath = {tests / 'support'}\n", encoding="utf-8")
-    many = "import pytest\n@pytest.mark.parametrize('n', range(9))\ndef test_many(n):\n    pass\n"
+    many = "import pytest\ndeep = pytest.param(9, marks=pytest.mark.deep)\n"
+    many += "@pytest.mark.alike(3)\n@pytest.mark.parametrize('n', [*range(9), deep])\ndef test_many(n):\n    pass\n"
     (tmp_path / "test_it.py").write_text(many + "def test_one():\n    pass\n")
-    argv = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", option]
+    argv = [sys.executable, "-m", "pytest", "-p", "no:cacheprovider", *options]
     run = subprocess.run(argv, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert said in run.stdout, run.stdout + run.stderr

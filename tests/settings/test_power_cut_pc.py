@@ -73,6 +73,7 @@ def shown(store: Path) -> str:
     return text
 
 
+@pytest.mark.alike(2)
 @pytest.mark.parametrize("command", slow_but("$100=77".__eq__, COMMANDS, KEPT.__contains__))
 def test_old_or_new(shim: Path, tmp_path: Path, before: bytes, command: str) -> None:
     store, log = tmp_path / "kept", tmp_path / "calls"

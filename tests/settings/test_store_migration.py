@@ -116,7 +116,7 @@ def test_pic32mz_pages_of_layout_1(board: Board, image: tuple[Block, ...], name:
         assert b"WFG2" in (pages[:4], pages[0x4000:0x4004])
 
 
-@pytest.mark.slow
+@pytest.mark.deep
 @pytest.mark.parametrize("first", deep_but((1).__eq__, range(1, 1 + EVERY)))
 def test_power_cuts_while_pic32mz_pages_are_migrated(board: Board, image: tuple[Block, ...], first: int) -> None:
     """At every operation of the first write, in CI at every fourth: all values are the old ones, or the new one is

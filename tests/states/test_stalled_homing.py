@@ -77,6 +77,7 @@ def ended_well(said: str) -> bool:
     return [line for line in said.split("\r\n") if line and not line.startswith("[MSG:Motion slowed")] == ["ok"]
 
 
+@pytest.mark.alike(8)
 @pytest.mark.parametrize("letters", ["", "X", "XZ"])
 @pytest.mark.parametrize("kind", stalls.LATE)
 @pytest.mark.parametrize("seed", stalls.seeds(6))

@@ -120,6 +120,7 @@ def test_jogs_are_cancelled(seed: int, late: str) -> None:
 INTERRUPTIONS = ["!", "~", "!~", "\x84", "\x91", "\x92\x92", "\x90", "\x97", "\x95", "\x9e", "door", "\x99", "?"]
 
 
+@pytest.mark.alike(8)
 @pytest.mark.parametrize("smooth", [{}, SMOOTH[1], SMOOTH[2]], ids=["as fast as can be", "jerk", "shapers"])
 @pytest.mark.parametrize("late", stalls.LATE)
 @pytest.mark.parametrize("seed", stalls.seeds(8))

@@ -106,6 +106,7 @@ def check(situation: str, first: str, second: str, gap_s: float) -> None:
     raise AssertionError("\n".join(finds))
 
 
+@pytest.mark.alike(16)
 @pytest.mark.slow
 @pytest.mark.parametrize("shard", deep_but((0).__eq__, range(SHARDS if ALL else 3)))
 @pytest.mark.parametrize("situation", SITUATIONS)
@@ -116,6 +117,7 @@ def test_two_inputs_within_5_ms(situation: str, shard: int) -> None:
                 check(situation, first, second, gap_s)
 
 
+@pytest.mark.alike(12)
 @pytest.mark.parametrize("gap_s", GAPS_S)
 @pytest.mark.parametrize("hold", sorted(HOLDS))
 @pytest.mark.parametrize("resume", sorted(RESUMES))

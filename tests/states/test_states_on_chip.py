@@ -65,6 +65,7 @@ class ChipPair(Pair):
         return self.model.report if silent else self.grbl.state()
 
 
+@pytest.mark.alike(6)
 @pytest.mark.parametrize(("situation", "name"), EVERY if ALL_ON_CHIP else ALWAYS)
 def test_cell_on_chip(board: Board, image: tuple[Block, ...], situation: str, name: str) -> None:
     pair = ChipPair(board, image)

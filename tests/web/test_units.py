@@ -61,6 +61,7 @@ def test_units(tmp_path: Path) -> None:
     assert result["numPassedTests"] > 0
 
 
+@pytest.mark.alike(6)
 @pytest.mark.parametrize("board_id", ESP32_BOARDS)
 @pytest.mark.parametrize("kind", ["output", "input"])
 def test_the_page_allows_the_pins_that_the_firmware_allows(board_id: str, kind: str) -> None:

@@ -37,6 +37,7 @@ def assert_all_smooth(device: Device) -> None:
             assert_smooth(device, axis)
 
 
+@pytest.mark.alike(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("late", stalls.LATE)
 @pytest.mark.parametrize("seed", stalls.seeds(8))
@@ -59,6 +60,7 @@ def test_jogs_start_turn_and_stop(make_device: Callable[..., Device], seed: int,
     assert device.position == device.pulses == [at[0] + 100, *at[1:]]
 
 
+@pytest.mark.alike(6)
 @pytest.mark.parametrize("late", stalls.LATE)
 @pytest.mark.parametrize("speed", [500, 4000, RATE])
 @pytest.mark.parametrize("seed", stalls.seeds(4))
@@ -80,6 +82,7 @@ def test_a_jog_ends_near_where_it_was_stopped(
     assert_smooth(device, 0)
 
 
+@pytest.mark.alike(4)
 @pytest.mark.parametrize("late", stalls.LATE)
 @pytest.mark.parametrize("seed", stalls.seeds(8))
 def test_holds_of_a_host_lose_nothing(make_device: Callable[..., Device], seed: int, late: str) -> None:
@@ -97,6 +100,7 @@ def test_holds_of_a_host_lose_nothing(make_device: Callable[..., Device], seed: 
     assert_smooth(device, 0)
 
 
+@pytest.mark.alike(4)
 @pytest.mark.parametrize("late", stalls.LATE)
 @pytest.mark.parametrize("seed", stalls.seeds(8))
 def test_a_job_that_a_host_interrupts_ends_where_it_should(

@@ -26,6 +26,7 @@ def probe_down(device: Device, per_slice: int, count: int) -> None:
         device.motion(segment(0, 0, -per_slice, flags=SegmentFlag.PROBE | last))
 
 
+@pytest.mark.alike(8)
 @pytest.mark.parametrize("kind", stalls.LATE)
 @pytest.mark.parametrize("seed", stalls.seeds(16))
 def test_a_contact_ends_the_probe(make_device: Callable[..., Device], kind: str, seed: int) -> None:

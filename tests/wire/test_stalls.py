@@ -28,6 +28,7 @@ def put_line(device: Device, count: int) -> None:
         device.motion(*[segment(80)] * 8)
 
 
+@pytest.mark.alike(4)
 @pytest.mark.slow
 @pytest.mark.parametrize("longest_ms", [10, 50, 250, 1000])
 @pytest.mark.parametrize("seed", range(4))

@@ -121,6 +121,7 @@ def test_pins_as_csv_and_vcd(build: Path, job: Path, tmp_path: Path) -> None:
     assert vcd.partition("$dumpvars")[2].partition("$end")[2].count(f"1{chr(33 + 25)}\n") == 250
 
 
+@pytest.mark.deep  # an image of its own; tests/espsim has its steps
 def test_a_job_leaves_by_shift_registers(shifted: Path, job: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Both ways of both axes: registers come up with all outputs high, and a direction that stays so has no edge."""
     job.write_text("G21G91\nG1X-2Y1F900\nX2Y-1\nX1\n")
