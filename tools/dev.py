@@ -20,7 +20,7 @@ COMPILERS = ("cc", "gcc", "clang")
 RUN_EXTRAS, DEV_EXTRAS = "plot", "plot,esp,dev"
 RUN_STAMP, DEV_STAMP = ".ready", ".ready-dev"
 # Which cases of a test; those of one that is asked for by its name run all.
-SAMPLES = {"test": "--cases=4", "test-all": "--cases-of-ci", "test-deep": "--cases-of-ci"}
+SAMPLES = {"test": "--cases=3", "test-all": "--cases-of-ci", "test-deep": "--cases-of-ci"}
 CHOSEN = {"test": "not slow and not deep", "test-all": "not deep", "test-deep": "deep"}
 COMMANDS = {
     "demo": "run a real job through the real core and draw it",

@@ -23,6 +23,8 @@ from wificnc.chip.slirp import UserNetwork, has_slirp
 from xtensa import windows
 from xtensa.toolchain import NoToolchainError, find_toolchain
 
+pytestmark = pytest.mark.slow  # compiles a program for the virtual chip
+
 ROOT = Path(__file__).resolve().parents[2]
 LOCAL = "127.0.0.1"
 FAR = bytes.fromhex("0208dc0a0b0c")

@@ -39,8 +39,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     on_chip = [item for item in items if _is_on_chip(item)]
     kept = sampled([item.nodeid for item in on_chip], CHIP_CASES)
     for item in on_chip:
-        if item.nodeid not in kept:
-            item.add_marker(pytest.mark.deep)
+        item.add_marker(pytest.mark.slow if item.nodeid in kept else pytest.mark.deep)
         name = f"{item.path.name}::{item.name}"
         if reason := difference(name):
             item.add_marker(pytest.mark.xfail(reason=reason, strict=True))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 from chip_controller import Controller
@@ -11,6 +12,15 @@ from wificnc.board.model import Board
 from wificnc.chip.image import Block
 
 __all__ = ["board", "build", "image", "laden_board", "laden_image"]
+
+QUICK = "test_pic32mz_talk.py"  # of those that start the image
+HERE = Path(__file__).parent
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    for item in items:
+        if item.path.parent == HERE and item.path.name != QUICK and "build" in getattr(item, "fixturenames", ()):
+            item.add_marker(pytest.mark.slow)
 
 
 @pytest.fixture

@@ -45,7 +45,7 @@ def test_what_ci_leaves_out_is_what_each_night_runs(ran: list[list[str]]) -> Non
     for command in dev.CHOSEN:
         assert dev.main([command]) == 0
         samples[command] = [word for word in ran[-1] if word.startswith("--cases")]
-    assert samples["test"] == ["--cases=4"]
+    assert samples["test"] == ["--cases=3"]
     assert samples["test-all"] == samples["test-deep"] == ["--cases-of-ci"]
 
 

@@ -31,7 +31,7 @@ def pytest_generate_tests(metafunc: pytest.Metafunc) -> None:
     if "server" in metafunc.fixturenames:
         on_chip = ALL_ON_CHIP or metafunc.definition.name in ON_CHIP_ALWAYS
         here = "locked" if metafunc.definition.name in BEHIND_A_LOGIN else "host"
-        where = [here, *["chip"] * on_chip, *["esp"] * bool(IMAGE)]
+        where = [here, *[pytest.param("chip", marks=pytest.mark.slow)] * on_chip, *["esp"] * bool(IMAGE)]
         metafunc.parametrize("server", where, indirect=True)
 
 

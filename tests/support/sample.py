@@ -24,8 +24,11 @@ def sampled(names: Iterable[str], most: int) -> set[str]:
 
 
 class CasesOfCi:
-    """Marks as deep what is beyond so many cases of a test that says so: @pytest.mark.alike(6). A plugin: its hook comes
-    behind those of folders, which mark cases of their own, and before -m, which looks at the markers."""
+    """Marks as deep what is beyond so many cases of a test that says so: @pytest.mark.alike(6).
+
+    A plugin: its hook comes behind those of folders, which mark cases of their own, and before -m, which looks at the
+    markers.
+    """
 
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
         tests: dict[int, list[pytest.Item]] = defaultdict(list)

@@ -12,6 +12,8 @@ from web_fixture import Watched
 from wificnc.board.load import find_boards, load_board
 from wificnc.web.embed import embedded_files
 
+pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
+
 # The firmware alone had 0.91 MB (docs/performance.md), so an image with a page of this size has 1.24 MB.
 # cli/wificnc/build/esp32_size.py warns above 1.4 MB; the slot of targets/esp32/partitions.csv has 1.875 MB.
 FLASH_BYTES = 336 * 1024

@@ -16,6 +16,8 @@ from playwright.sync_api import Browser, Page, expect
 from web_fixture import CHROMIUM, TIMEOUT_MS
 from wificnc.web.embed import embedded_files
 
+pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
+
 PHONE = {"width": 360, "height": 740}
 KEY = "correct horse"
 CHECK = "http://connectivitycheck.gstatic.com/generate_204"  # what Android asks for

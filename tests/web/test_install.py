@@ -26,6 +26,8 @@ from wificnc.release.page import esp32_files, index, index_row
 from wificnc.serve.options import Address
 from wificnc.serve.page import About, PageServer
 
+pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
+
 ROOT = Path(__file__).resolve().parents[2]
 PARTITIONS = read_partitions((ROOT / "targets/esp32/partitions.csv").read_text())
 NVS = PARTITIONS["nvs"]

@@ -18,6 +18,8 @@ from wificnc.serve.options import Address, ServeOptions
 from wificnc.serve.page import About, PageServer
 from wificnc.serve.server import Server
 
+pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
+
 BOARD = "esp32-wroom32"
 PROFILE = load_machine("shapeoko3")
 

@@ -19,6 +19,8 @@ from wificnc.serve.options import Address, ServeOptions
 from wificnc.serve.page import About, PageServer
 from wificnc.serve.server import Server
 
+pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
+
 ONE_LOOK = deep_but("light".__eq__, LOOKS)
 
 

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from console_page import Console, load, square
 from playwright.sync_api import expect
 from wificnc.machine.load import PROFILES, load_machine
+
+pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
 
 AXE = Path(__file__).parents[2] / "web" / "node_modules" / "axe-core" / "axe.min.js"
 

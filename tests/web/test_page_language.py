@@ -17,6 +17,8 @@ from web_fixture import Watched
 from wificnc.serve.page import PageServer
 from wificnc.serve.server import Server
 
+pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
+
 WORDS = Path(__file__).resolve().parents[2] / "web" / "words"
 TABS = ("control", "job", "terminal", "guide", "settings", "pins", "network", "inout", "install")
 # Every text that is read: of elements, and of attributes that are shown or spoken.

@@ -23,6 +23,8 @@ from web_fixture import CHROMIUM, TIMEOUT_MS, Watched
 from wificnc.serve.page import PageServer
 from wificnc.serve.server import Server
 
+pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
+
 
 def certificate(path: Path) -> Path:
     """Key and certificate of 127.0.0.1, signed by itself."""

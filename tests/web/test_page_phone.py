@@ -14,6 +14,8 @@ from web_fixture import Watched
 from wificnc.serve.page import PageServer
 from wificnc.serve.server import Server
 
+pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
+
 Serve = Callable[..., tuple[Server, PageServer]]
 Point = tuple[float, float]
 INCHES = ("$13=1",)

@@ -5,8 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 
+import pytest
 from console_page import SLOW, Console, load, square
 from playwright.sync_api import expect
+
+pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
 
 
 def reload(console: Console) -> None:

@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from console_page import SWITCHES, Console, home, load, square, typed
 from playwright.sync_api import Locator, expect
+
+pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
 
 AXE = Path(__file__).parents[2] / "web" / "node_modules" / "axe-core" / "axe.min.js"
 LASER = ("$32=1", "$30=1000", "$89=5", "$90=30")

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import pytest
 from console_page import Console, load, typed
 from playwright.sync_api import expect
+
+pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
 
 CHANGE = "G21G90\nT7 M6 (ball nose)\nG1X1F600\nM30\n"
 

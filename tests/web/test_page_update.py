@@ -15,6 +15,8 @@ from web_fixture import Watched
 from wificnc.build.signing import signing_key
 from wificnc.web.embed import embedded_files
 
+pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
+
 KEY = "correct horse"
 BOARD = "esp32s3-devkitc"
 NAME = f"wificnc-1.2.3-{BOARD}-firmware.bin"

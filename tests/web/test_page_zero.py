@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import pytest
 from console_page import Console, typed
 from playwright.sync_api import expect
+
+pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
 
 
 def test_positions_are_typed_halved_zeroed_and_undone(socket_link: Callable[..., Console]) -> None:

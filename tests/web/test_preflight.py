@@ -9,6 +9,8 @@ import pytest
 from console_page import SLOW, SWITCHES, Console, home, load, typed
 from playwright.sync_api import Locator, expect
 
+pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
+
 WIDE = "G21G90G17G54\nG0X0Y0Z5\nG1Z-1F500\nG1X250F3000\nG1Y10\nG0Z5\n"
 
 

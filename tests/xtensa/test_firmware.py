@@ -36,6 +36,8 @@ from xtensa.isr import STEP, VECTOR, Program, firmware_in_ram, interrupt_program
 from xtensa.stack import RESERVE, Stacks, task_stacks
 from xtensa.toolchain import NoToolchainError, Toolchain, find_toolchain
 
+pytestmark = pytest.mark.slow  # compiles all of the firmware
+
 ROOT = Path(__file__).resolve().parents[2]
 CHIPS = slow_but("esp32".__eq__, BOARDS)
 WORDS_OF_4_US, INSTRUCTIONS_OF_A_WORD = 2, 4  # loops are counted once: each further word

@@ -21,6 +21,8 @@ from wificnc.sim.run import SimOptions, simulate
 from xtensa import windows
 from xtensa.toolchain import NoToolchainError, Toolchain, find_toolchain
 
+pytestmark = pytest.mark.slow  # compiles a program for the virtual chip
+
 SETTINGS = tuple(f"${base + axis}={value}" for base, value in ((110, 5000), (120, 500)) for axis in range(4))
 CYCLES_PER_TICK = 12  # of the step timer, 20 MHz
 NS_PER_CYCLE = 1000 / 240

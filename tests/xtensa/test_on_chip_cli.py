@@ -27,6 +27,8 @@ from wificnc.sim.run import SimOptions, simulate
 from xtensa import windows
 from xtensa.toolchain import Toolchain
 
+pytestmark = pytest.mark.slow  # compiles a program for the virtual chip
+
 ROOT = Path(__file__).resolve().parents[2]
 BOARD = "esp32-wroom32"
 SHIFTED = "mks-tinybee"

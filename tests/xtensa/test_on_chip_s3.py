@@ -17,6 +17,8 @@ from wificnc.errors import Exit
 from xtensa import windows
 from xtensa.toolchain import Toolchain
 
+pytestmark = pytest.mark.slow  # compiles a program for the virtual chip
+
 BOARD, KIND = "esp32s3-devkitc", Chip.ESP32S3
 NVS_SIZE = 0x6000  # partitions.csv
 
