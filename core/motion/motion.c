@@ -51,12 +51,12 @@ static void plan_close(struct plan *plan) {
         return;
     float length_mm = vec_length(reduce->chord);
     if (length_mm < MIN_CHORD_MM) {
-        reduce->open = reduce->aimed = reduce->merged = false; /* the next chord begins where this one did */
+        reduce->open = reduce->aimed = false; /* the next chord begins where this one did */
         return;
     }
+    float away_mm = reduce_away_mm(reduce, length_mm, reduce_mm(plan->tolerance_mm));
     struct chord_info info = {.asked_mm_s = asked_mm_s(&plan->newest, &reduce->chord, length_mm),
-                              .tube_mm = plan->tolerance_mm -
-                                         (reduce->merged ? reduce_mm(plan->tolerance_mm) : 0.0f),
+                              .tube_mm = plan->tolerance_mm - away_mm,
                               .line = plan->first_line,
                               .note = plan->newest.note,
                               .units = power_close(&plan->power, length_mm),
