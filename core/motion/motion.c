@@ -2,6 +2,7 @@
 #include "motion/motion.h"
 
 #include "base/debug.h"
+#include "hal/compiler.h"
 #include "motion/fit.h"
 #include "motion/joints.h"
 #include "motion/kinematics/kinematics.h"
@@ -191,20 +192,27 @@ bool motion_line(struct motion *motion, const struct motion_line *line, uint32_t
     return true;
 }
 
-bool motion_tool_line(struct motion *motion, struct joints *joints, const struct motion_line *line,
-                      uint32_t now_us) {
-    while (joints->done < 1.0) {
+static HAL_SELDOM bool put_tool_line(struct motion *motion, struct joints *joints,
+                                     const struct motion_line *line, uint32_t now_us) {
+    do {
         struct motion_line piece;
-        if (!motion_has_room(motion))
-            return false;
         const double end = joints_piece(joints, motion->plan.position_mm, line, &piece);
         if (!motion_line(motion, &piece, now_us))
             return false;
         joints->done = end;
         joints->part *= 2.0;
-    }
-    joints_arrive(joints, line->target_mm);
-    return true;
+        if (end < 1.0)
+            continue;
+        joints_arrive(joints, line->target_mm);
+        return true;
+    } while (motion_has_room(motion));
+    return false;
+}
+
+/* A line that waits for room asks with every poll. */
+bool motion_tool_line(struct motion *motion, struct joints *joints, const struct motion_line *line,
+                      uint32_t now_us) {
+    return motion_has_room(motion) && put_tool_line(motion, joints, line, now_us);
 }
 
 void motion_dwell(struct motion *motion, double seconds) {
@@ -310,14 +318,9 @@ static bool stays_timed(struct motion *motion) {
     return (!plan_has_pass(&motion->plan) && !rests_at_place(&motion->emit)) || is_timed(motion);
 }
 
-bool motion_poll(struct motion *motion, uint32_t now_us) {
+/* More is to be published, now or soon. */
+static HAL_SELDOM bool publish_more(struct motion *motion, uint32_t now_us) {
     struct emit *emit = &motion->emit;
-    emit->now_us = now_us;
-    if (motion->ahead.owner == AHEAD_PLANNER && ahead_has_enough(&motion->ahead)) {
-        emit->waits = motion->waits = false;
-        motion->works = !stays_timed(motion);
-        return motion->works;
-    }
     motion->works = false;
     emit->waits = motion->waits = !ahead_is_making(&motion->ahead) && is_waiting(motion, now_us);
     if (!emit->waits)
@@ -330,6 +333,15 @@ bool motion_poll(struct motion *motion, uint32_t now_us) {
     bool any = emit_claim(emit) && ahead_poll(&motion->ahead);
     motion->works = ahead_is_making(&motion->ahead);
     return any;
+}
+
+bool motion_poll(struct motion *motion, uint32_t now_us) {
+    motion->emit.now_us = now_us;
+    if (motion->ahead.owner != AHEAD_PLANNER || !ahead_has_enough(&motion->ahead))
+        return publish_more(motion, now_us);
+    motion->emit.waits = motion->waits = false;
+    motion->works = !stays_timed(motion);
+    return motion->works;
 }
 
 void motion_hold(struct motion *motion) {

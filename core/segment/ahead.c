@@ -135,22 +135,26 @@ static uint32_t mark_ahead(const struct ahead *ahead, int32_t ahead_us) {
 
 /* Those that the step interrupt has passed; what only they needed is released. */
 static void forget_passed(struct ahead *ahead) {
-    uint32_t oldest = ahead->commit;
-    int32_t next_us = INT32_MAX;
-    ahead->passed = true;
     const uint32_t now = now_us(ahead);
+    uint32_t oldest = ahead->commit;
+    int32_t next_us = INT32_MAX, oldest_us = (int32_t)(ahead->mark_us[oldest] - now);
+    ahead->passed = true;
     for (uint32_t left = ahead->used; left != 0;) {
-        uint32_t place = take_place(&left), us = ahead->mark_us[place];
-        int32_t left_us = (int32_t)(us - now);
-        bool stays = place == ahead->commit || us == ahead->end_us;
+        uint32_t place = take_place(&left);
+        int32_t left_us = (int32_t)(ahead->mark_us[place] - now);
+        if (left_us >= next_us && left_us >= oldest_us) /* most of them */
+            continue;
+        bool stays = place == ahead->commit || ahead->mark_us[place] == ahead->end_us;
         if (left_us < 0 && !stays) {
             ahead->used &= ~bit(place);
             continue;
         }
         if (!stays && left_us < next_us)
             next_us = left_us;
-        if (from_mark_us(ahead, oldest, place) < 0)
+        if (left_us < oldest_us) {
             oldest = place;
+            oldest_us = left_us;
+        }
     }
     ahead->next_us = now + (uint32_t)next_us;
     ahead->source->release(ahead->ctx, oldest);
