@@ -13,6 +13,7 @@
 #define END_MAX_US   600000u            /* of the stop at the end of what is planned, and segments of it */
 #define END_MAX      48u
 #define REST_NS      100000u
+#define STOP_WORK    2u /* to end the committed part and to find how to stop, as work of a portion */
 
 static uint32_t now_us(const struct ahead *ahead) {
     return segment_queue_now_us(ahead->queue);
@@ -211,6 +212,10 @@ static struct segment *next_slot(struct ahead *ahead) {
     return segment;
 }
 
+static void spend(struct ahead_batch *batch, uint32_t work) {
+    batch->left = work < batch->left ? batch->left - work : 0u;
+}
+
 /* @return false: nothing comes now */
 static bool put_segment(struct ahead *ahead) {
     struct ahead_batch *batch = &ahead->batch;
@@ -220,8 +225,7 @@ static bool put_segment(struct ahead *ahead) {
     batch->at_us += (segment->duration_ns + 999u) / 1000u;
     segment->end_us = batch->at_us;
     ahead->queue->count++;
-    uint32_t work = ahead->source->work(ahead->ctx);
-    batch->left = work < batch->left ? batch->left - work : 0u;
+    spend(batch, ahead->source->work(ahead->ctx));
     return true;
 }
 
@@ -335,6 +339,7 @@ static bool end_committed(struct ahead *ahead) {
     batch->commit = (uint8_t)commit_mark(ahead, batch->at_us);
     batch->commit_us = batch->at_us;
     batch->commit_count = (uint8_t)ahead->queue->count;
+    spend(batch, STOP_WORK);
     return !rests;
 }
 
