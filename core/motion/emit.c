@@ -73,20 +73,6 @@ void emit_reset(struct emit *emit, const int32_t position_steps[AXIS_COUNT]) {
     stand_still(emit);
 }
 
-void emit_shift(struct emit *emit, const int32_t steps[AXIS_COUNT]) {
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        emit->steps[ax] += steps[ax];
-    for (unsigned ax = 0; ax < CORE_AXES; ax++) {
-        emit->corner[ax] += steps[ax] * EMIT_CORNER;
-        emit->history.now.in[ax] += (int64_t)steps[ax] * HISTORY_STEP;
-    }
-}
-
-void emit_corner_mm(const struct emit *emit, double at_mm[AXIS_COUNT]) {
-    for (unsigned ax = 0; ax < CORE_AXES; ax++)
-        at_mm[ax] = (double)emit->corner[ax] / (double)EMIT_CORNER / steps_of(emit, ax);
-}
-
 void emit_set_shaper(struct emit *emit) {
     emit->shaper = &emit->plan->shaper;
     stand_still(emit);

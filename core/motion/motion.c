@@ -2,7 +2,6 @@
 #include "motion/motion.h"
 
 #include "base/debug.h"
-#include "hal/compiler.h"
 #include "motion/fit.h"
 #include "motion/joints.h"
 #include "motion/kinematics/kinematics.h"
@@ -15,6 +14,7 @@
 #define MIN_TOLERANCE 0.5f   /* of the tolerance is left, however much of it an arc's chords take */
 #define MIN_CHORD_MM  2e-5f  /* a shorter one has no direction in float32 */
 #define RAPID_MM_S    1e15f  /* its square still is a float */
+#define SELDOM        __attribute__((noinline)) /* apart from what most polls take */
 
 /* ---- straight moves -> chords (motion/planner.h) ---- */
 
@@ -192,8 +192,8 @@ bool motion_line(struct motion *motion, const struct motion_line *line, uint32_t
     return true;
 }
 
-static HAL_SELDOM bool put_tool_line(struct motion *motion, struct joints *joints,
-                                     const struct motion_line *line, uint32_t now_us) {
+static SELDOM bool put_tool_line(struct motion *motion, struct joints *joints, const struct motion_line *line,
+                                 uint32_t now_us) {
     do {
         struct motion_line piece;
         const double end = joints_piece(joints, motion->plan.position_mm, line, &piece);
@@ -319,7 +319,7 @@ static bool stays_timed(struct motion *motion) {
 }
 
 /* More is to be published, now or soon. */
-static HAL_SELDOM bool publish_more(struct motion *motion, uint32_t now_us) {
+static SELDOM bool publish_more(struct motion *motion, uint32_t now_us) {
     struct emit *emit = &motion->emit;
     motion->works = false;
     emit->waits = motion->waits = !ahead_is_making(&motion->ahead) && is_waiting(motion, now_us);
