@@ -23,11 +23,11 @@ static bool are_cut(const struct machine *machine) {
     return machine->edges.estop || machine->inputs.estop || machine->life.alarm == ALARM_ESTOP;
 }
 
-static bool wanted(const struct machine *machine, uint32_t now_us) {
+static bool wanted(const struct machine *machine, bool rests, uint32_t now_us) {
     const struct machine_motors *motors = &machine->motors;
     if (are_cut(machine))
         return false;
-    if (!stands(machine) || stay_on(machine))
+    if (!rests || stay_on(machine))
         return true;
     return motors->on && machine->life.state != MACHINE_SLEEP &&
            now_us - motors->moved_us < machine->settings.idle_delay_ms * US_PER_MS;
@@ -49,14 +49,14 @@ bool motors_poll(struct machine *machine) {
     if (cuts != motors->cuts) /* the e-stop's interrupt has switched them off */
         motors->on = false;
     motors->cuts = cuts;
-    bool on = wanted(machine, now_us);
+    bool rests = stands(machine), on = wanted(machine, rests, now_us);
     /* A driver needs time between enable and the first step (motors_wake_us); until then no batch is cut
      * into spans. */
     if (on && !motors->on) {
         motors->awake = false;
         motors->woken_us = now_us;
     }
-    if (!stands(machine))
+    if (!rests)
         motors->moved_us = now_us;
     if (on != motors->on || machine->settings.enable_invert != motors->inverted)
         put_out(machine, on);

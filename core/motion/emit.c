@@ -73,20 +73,6 @@ void emit_reset(struct emit *emit, const int32_t position_steps[AXIS_COUNT]) {
     stand_still(emit);
 }
 
-void emit_shift(struct emit *emit, const int32_t steps[AXIS_COUNT]) {
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        emit->steps[ax] += steps[ax];
-    for (unsigned ax = 0; ax < CORE_AXES; ax++) {
-        emit->corner[ax] += steps[ax] * EMIT_CORNER;
-        emit->history.now.in[ax] += (int64_t)steps[ax] * HISTORY_STEP;
-    }
-}
-
-void emit_corner_mm(const struct emit *emit, double at_mm[AXIS_COUNT]) {
-    for (unsigned ax = 0; ax < CORE_AXES; ax++)
-        at_mm[ax] = (double)emit->corner[ax] / (double)EMIT_CORNER / steps_of(emit, ax);
-}
-
 void emit_set_shaper(struct emit *emit) {
     emit->shaper = &emit->plan->shaper;
     stand_still(emit);
@@ -196,15 +182,17 @@ static int64_t in_units(double place_mm, float steps_per_mm) {
     return (int64_t)(units + (units < 0.0 ? -0.5 : 0.5));
 }
 
-/* Where the path is, as exactly_on(): the corner exactly, and from there in single precision. */
-static void find_steps(const struct emit *emit, int64_t at[CORE_AXES]) {
+/* Where the path is, as exactly_on(): the corner exactly, and from there in single precision.
+ * @return its speed */
+static float find_steps(const struct emit *emit, int64_t at[CORE_AXES]) {
     float rest_mm[AXIS_COUNT];
-    travel_position(emit, rest_mm);
+    const float mm_s = travel_position(emit, rest_mm);
     for (unsigned ax = 0; ax < emit->plan->limits.axis_count; ax++) {
         float rest = rest_mm[ax] * emit->plan->limits.steps_per_mm[ax] * (float)HISTORY_STEP;
         int64_t units = fabsf(rest) < SHORT_UNITS ? (int32_t)rest : (int64_t)rest; /* in hardware */
         at[ax] = (emit->corner[ax] >> CORNER_SHIFT) + HISTORY_STEP / 2 + units;
     }
+    return mm_s;
 }
 
 /* The piece before tail has ended in a stop: take the exact target. */
@@ -218,8 +206,8 @@ static void take_stop(struct emit *emit, int64_t at[CORE_AXES]) {
 /* Steps and phases from where the last segment ended to here. */
 static void set_axes(struct emit *emit, struct segment *segment, const int64_t at[CORE_AXES]) {
     const unsigned count = emit->plan->limits.axis_count;
-    for (unsigned ax = count; ax < AXIS_COUNT; ax++)
-        segment->phase[ax] = segment->phase_end[ax] = SEGMENT_PHASE_HALF;
+    memset(segment->phase, SEGMENT_PHASE_HALF, sizeof segment->phase); /* of axes that do not move */
+    memset(segment->phase_end, SEGMENT_PHASE_HALF, sizeof segment->phase_end);
     for (unsigned ax = 0; ax < count; ax++) {
         int32_t steps = (int32_t)(at[ax] >> 16), made = steps - emit->steps[ax];
         uint8_t fraction = (uint8_t)(at[ax] >> 8 & 255);
@@ -258,20 +246,32 @@ static bool is_other(const struct piece *a, const struct piece *b) {
 
 static float sample_s(const struct emit *emit, const struct piece *piece) {
     bool stops = emit->stop != AHEAD_GO;
+    if (emit->stop == AHEAD_STOP)
+        return emit_stop_sample_s(emit);
+    if (emit->on_blend)
+        return emit->plan->curve_s;
     float line_s = stops ? emit->stop_most_s : LINE_SAMPLE_S;
     float left_mm = piece->length_mm - piece->tangent_mm - emit->along_mm;
     float longest_mm = (emit->v_mm_s + (stops ? 0.0f : piece->accel_mm_s2 * line_s)) * line_s;
-    if (emit->stop == AHEAD_STOP)
-        return emit_stop_sample_s(emit);
-    return !emit->on_blend && left_mm > 1.5f * longest_mm ? line_s : emit->plan->curve_s;
+    return left_mm > 1.5f * longest_mm ? line_s : emit->plan->curve_s;
+}
+
+/* To travel on, it must be known how fast. @return it is; else a pass was made */
+static bool need_timing(struct emit *emit) {
+    if (emit->stop != AHEAD_GO || emit->hold || plan_is_timed(emit->plan, 0))
+        return true;
+    (void)plan_time(emit->plan, UINT32_MAX);
+    return false;
 }
 
 /* Travel for one sample, or to a stop, or to where another kind of motion begins. @return s */
 static float travel_sample(struct emit *emit, const struct piece *piece) {
-    float most_s = sample_s(emit, path_piece(&emit->plan->path, emit->plan->path.tail)), time_s = 0.0f;
+    const uint32_t *tail = &emit->plan->path.tail;
+    float most_s = sample_s(emit, path_piece(&emit->plan->path, *tail)), time_s = 0.0f;
+    uint32_t timed_at = *tail - 1u;
     while (time_s < most_s) {
-        if (emit->stop == AHEAD_GO && !emit->hold && !plan_is_timed(emit->plan, 0))
-            (void)plan_time(emit->plan, UINT32_MAX);
+        if (timed_at != *tail && need_timing(emit))
+            timed_at = *tail;
         float asked_s = most_s - time_s, took_s = travel(emit, asked_s);
         emit->work++;
         time_s += took_s;
@@ -295,8 +295,7 @@ static float travel_time(struct emit *emit, float time_s) {
     const struct path *path = &emit->plan->path;
     float left_s = time_s;
     while (left_s > 0.0f && !travel_ends(emit)) {
-        if (emit->stop == AHEAD_GO && !emit->hold && !plan_is_timed(emit->plan, 0))
-            (void)plan_time(emit->plan, UINT32_MAX);
+        (void)need_timing(emit);
         left_s -= travel(emit, left_s);
         emit->work++;
         if (!emit->entered && (path->pieces[(path->tail - 1) & (PLAN_SIZE - 1)].flags & PIECE_STOP) != 0)
@@ -310,12 +309,12 @@ static const struct piece *find_place(struct emit *emit, int64_t at[CORE_AXES]) 
     struct path *path = &emit->plan->path;
     bool stop = !emit->entered;
     const struct piece *last = path_piece(path, stop ? path->tail - 1 : path->tail);
-    if (stop)
-        emit->path_mm_s = 0.0f;
+    float mm_s = 0.0f;
     if (stop && (last->flags & PIECE_STOP) != 0)
         take_stop(emit, at);
     else
-        find_steps(emit, at);
+        mm_s = find_steps(emit, at);
+    emit->path_mm_s = stop ? 0.0f : mm_s;
     if (emit->y == 0.0f) {
         bool asked = (last->flags & MOTION_FLAG_EXACT_STOP) != 0;
         bool may_end = asked || emit->flush || emit->hold || (last->flags & MOTION_FLAG_JOG) != 0;

@@ -46,3 +46,20 @@ void emit_release(void *ctx, uint32_t at) {
     emit->plan->power.kept = emit->places[at].state.power.mark;
     history_release(&emit->history, &emit->places[at].history);
 }
+
+/* ---- of the state itself ---- */
+
+void emit_shift(struct emit *emit, const int32_t steps[AXIS_COUNT]) {
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        emit->steps[ax] += steps[ax];
+    for (unsigned ax = 0; ax < CORE_AXES; ax++) {
+        emit->corner[ax] += steps[ax] * EMIT_CORNER;
+        emit->history.now.in[ax] += (int64_t)steps[ax] * HISTORY_STEP;
+    }
+}
+
+void emit_corner_mm(const struct emit *emit, double at_mm[AXIS_COUNT]) {
+    for (unsigned ax = 0; ax < CORE_AXES; ax++)
+        at_mm[ax] =
+            (double)emit->corner[ax] / (double)EMIT_CORNER / (double)emit->plan->limits.steps_per_mm[ax];
+}

@@ -33,12 +33,12 @@ float emit_stop_sample_s(const struct emit *emit) {
     const struct piece *piece = path_piece(path, path->tail);
     if (!emit->on_blend)
         return emit->stop_most_s;
-    float turn = vec_length(path_piece(path, path->tail + 1)->unit - piece->unit);
-    float least_s = stop_least_s(emit),
-          part = turn * emit->y / (2.0f * piece->tangent_mm * piece->accel_mm_s2);
-    if (part * emit->stop_most_s * emit->stop_most_s <= least_s * least_s)
+    float across = vec_length(path_piece(path, path->tail + 1)->unit - piece->unit) * emit->y;
+    float least_s = stop_least_s(emit);
+    float room = 2.0f * piece->tangent_mm * piece->accel_mm_s2 * (least_s * least_s);
+    if (room >= across * (emit->stop_most_s * emit->stop_most_s))
         return emit->stop_most_s;
-    return max_f(least_s, least_s / sqrtf(part));
+    return room < across * (least_s * least_s) ? least_s : sqrtf(room / across);
 }
 
 /* On a blend the square root of y falls by that acceleration; where the blend turns far it is much more than

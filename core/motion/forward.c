@@ -171,7 +171,6 @@ static float travel_ramp(struct emit *emit, const struct ramp_way *way, float ti
     emit->late = emit->late && late;
     emit->ramp = emit->y > 0.0f ? ramp_after(way, emit->ramp, accel, time_s) : 0.0f;
     go_along(emit, part * way_mm);
-    emit->path_mm_s = sqrtf(emit->y);
     return time_s;
 }
 
@@ -257,7 +256,6 @@ static float travel_line(struct emit *emit, float time_s) {
         put_along(emit, end_mm);
     else
         go_along(emit, part * way_mm);
-    emit->path_mm_s = sqrtf(emit->y);
     emit->ramp = ramp_of_stop(emit, piece, stage.accel_mm_s2, time_s);
     if (to_end && part == 1.0f && stage.last)
         end_line(emit, piece);
@@ -344,12 +342,17 @@ static void end_blend(struct emit *emit, const struct piece *piece) {
     enter(emit);
 }
 
-/* The stretch of the blend at tail that is next: to its apex or its end. *end_y: the plan's y there. */
-static struct stretch next_stretch(const struct emit *emit, float *end_y) {
+/* The plan's y at the end of this half of the blend at tail. */
+static float plan_y(const struct emit *emit) {
+    struct path *path = &emit->plan->path;
+    return emit->second_half ? path_piece(path, path->tail + 1)->enter_y : tail_piece(emit)->middle_y;
+}
+
+/* The stretch of the blend at tail that is next: to its apex or its end. */
+static struct stretch next_stretch(const struct emit *emit) {
     const struct path *path = &emit->plan->path;
     const struct piece *piece = tail_piece(emit);
     const struct piece *next = path_piece(&emit->plan->path, path->tail + 1);
-    *end_y = emit->second_half ? next->enter_y : piece->middle_y;
     return (struct stretch){.u0 = piece->unit,
                             .du = next->unit - piece->unit,
                             .bound = path->accel * (4.0f * piece->tangent_mm),
@@ -380,14 +383,14 @@ static bool is_crawling(const struct emit *emit, const struct stretch *stretch, 
 
 /* The slope of this half that was found before, while nothing has changed.
  * @return whether there is one; then no part of the half is crawled along, because all of it is not */
-static bool known_slope(const struct emit *emit, const struct stretch *stretch, float end_y, float *slope) {
+static bool known_slope(const struct emit *emit, float end_y, float *slope) {
     const struct emit_slope *known = &emit->slope;
     uint32_t half = 2u * emit->plan->path.tail + emit->second_half;
     if (!known->known || known->half != half || known->plan == emit->hold)
         return false;
     if (known->plan && known->end_y != end_y)
         return false;
-    *slope = known->plan ? (end_y - stretch->y) / stretch->dt : known->value;
+    *slope = known->plan ? (end_y - emit->y) / emit->left : known->value;
     return true;
 }
 
@@ -401,45 +404,46 @@ static void keep_slope(struct emit *emit, const struct stretch *stretch, float e
                                       .value = slope};
 }
 
-/* Along the stretch for at most *time_s, which becomes the time it took. @return whether it has ended */
-static bool travel_stretch(struct emit *emit, struct stretch *stretch, float end_y, float *time_s) {
-    float lively = 0.0f, slope;
-    bool known = known_slope(emit, stretch, end_y, &slope);
-    bool speeds_up = !known && is_crawling(emit, stretch, end_y, &lively);
-    if (speeds_up)
-        stretch->dt *= 0.5f;
-    if (!known)
-        slope = choose_slope(emit, stretch, speeds_up ? WIDE : end_y);
-    if (!known && !speeds_up)
-        keep_slope(emit, stretch, end_y, slope);
-    float dt = stretch->dt;
-    if (speeds_up && slope > 0.0f)
-        dt = min_f(dt, (lively - emit->y) / slope);
-    float y1 = emit->y + slope * dt;
+/* The slope on this half, and for how much of it: *dt. @return it leads to a greater y first */
+static bool find_slope(struct emit *emit, float end_y, float *slope, float *dt) {
+    float lively = 0.0f;
+    struct stretch stretch = next_stretch(emit);
+    if (!is_crawling(emit, &stretch, end_y, &lively)) {
+        *slope = choose_slope(emit, &stretch, end_y);
+        keep_slope(emit, &stretch, end_y, *slope);
+        return false;
+    }
+    stretch.dt *= 0.5f;
+    *slope = choose_slope(emit, &stretch, WIDE);
+    *dt = *slope > 0.0f ? min_f(stretch.dt, (lively - emit->y) / *slope) : stretch.dt;
+    return true;
+}
+
+/* Along this half for at most *time_s, which becomes the time it took. @return whether it has ended */
+static bool travel_half(struct emit *emit, const struct piece *piece, float *time_s) {
+    float end_y = plan_y(emit), dt = emit->left, slope;
+    bool speeds_up = !known_slope(emit, end_y, &slope) && find_slope(emit, end_y, &slope, &dt);
+    float y1 = emit->y + slope * dt, all = dt;
     bool stops = y1 <= 0.0f && slope < 0.0f;
     if (stops) {
         dt = min_f(-emit->y / slope, dt);
         y1 = 0.0f;
     }
-    float part = run(emit, 2.0f * tail_piece(emit)->tangent_mm * dt, y1, time_s);
+    float part = run(emit, 2.0f * piece->tangent_mm * dt, y1, time_s);
     emit->left -= part * dt;
-    return part == 1.0f && !speeds_up && (!stops || dt >= stretch->dt);
+    return part == 1.0f && !speeds_up && (!stops || dt >= all);
 }
 
 static float travel_blend(struct emit *emit, float time_s) {
     const struct piece *piece = tail_piece(emit);
-    float end_y;
-    struct stretch stretch = next_stretch(emit, &end_y);
-    bool done = stretch.dt <= ROUNDING;
-    if (done)
+    if (emit->left <= ROUNDING)
         time_s = 0.0f;
-    bool ends = done || travel_stretch(emit, &stretch, end_y, &time_s);
-    if (ends)
-        emit->left = 0.0f;
-    emit->path_mm_s = sqrtf(emit->y) * vec_length(stretch.u0 + stretch.du * blend_t(emit));
-    if (ends && emit->second_half) {
+    else if (!travel_half(emit, piece, &time_s))
+        return time_s;
+    emit->left = 0.0f;
+    if (emit->second_half) {
         end_blend(emit, piece);
-    } else if (ends) {
+    } else {
         emit->second_half = true;
         emit->left = 0.5f;
     }
@@ -475,14 +479,19 @@ uint32_t travel_power_place(const struct emit *emit) {
            units_along(path_piece(&emit->plan->path, emit->plan->path.tail + 1), from_middle_mm);
 }
 
-void travel_position(const struct emit *emit, float from_corner_mm[AXIS_COUNT]) {
+float travel_position(const struct emit *emit, float from_corner_mm[AXIS_COUNT]) {
     const struct piece *piece = tail_piece(emit);
-    const struct piece *next = path_piece(&emit->plan->path, emit->plan->path.tail + 1);
     vec at_mm = {0};
-    float t = blend_t(emit);
-    if (emit->entered && !emit->on_blend)
+    float square = emit->y;
+    if (emit->on_blend) {
+        const vec u0 = piece->unit, du = path_piece(&emit->plan->path, emit->plan->path.tail + 1)->unit - u0;
+        const float t = blend_t(emit);
+        const vec along = u0 + du * t;
+        at_mm = (u0 * (2.0f * t - 1.0f) + du * (t * t)) * piece->tangent_mm;
+        square *= vec_dot(along, along);
+    } else if (emit->entered) {
         at_mm = piece->unit * (emit->along_mm - piece->length_mm + emit->along_rest_mm);
-    else if (emit->entered)
-        at_mm = (piece->unit * (2.0f * t - 1.0f) + (next->unit - piece->unit) * (t * t)) * piece->tangent_mm;
+    }
     vec_store(at_mm, from_corner_mm);
+    return sqrtf(square);
 }

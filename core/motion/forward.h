@@ -15,8 +15,8 @@ const struct piece *travel_piece(const struct emit *emit);
 /** Where that is along all chords: motion/power.h. */
 uint32_t travel_power_place(const struct emit *emit);
 
-/** Where that is, mm, relative to emit->corner. */
-void travel_position(const struct emit *emit, float from_corner_mm[AXIS_COUNT]);
+/** Where that is, mm, relative to emit->corner. @return speed along the path, mm/s */
+float travel_position(const struct emit *emit, float from_corner_mm[AXIS_COUNT]);
 
 /** With y = 0, as it is where no piece is left: that is the end of all pieces, or motion is held. */
 bool travel_rests(const struct emit *emit);

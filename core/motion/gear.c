@@ -30,7 +30,10 @@ void gear_brake(struct gear *gear) {
 }
 
 void gear_save(const struct gear *gear, struct gear_place *place) {
-    *place = (struct gear_place){.phase = gear->phase,
+    place->phase = (uint8_t)gear->phase;
+    if (gear->phase == GEAR_OFF)
+        return;
+    *place = (struct gear_place){.phase = (uint8_t)gear->phase,
                                  .at_mm = gear->at_mm,
                                  .zero_rev = gear->zero_rev,
                                  .v_mm_s = gear->v_mm_s,
@@ -41,8 +44,10 @@ void gear_save(const struct gear *gear, struct gear_place *place) {
 }
 
 void gear_load(struct gear *gear, const struct gear_place *place, bool stopped) {
+    gear->phase = (enum gear_phase)place->phase;
+    if (gear->phase == GEAR_OFF)
+        return;
     bool at_end = !gear->path.reverses && place->at_mm >= (double)gear->path.way_mm;
-    gear->phase = place->phase;
     gear->at_mm = place->at_mm;
     gear->zero_rev = place->zero_rev;
     gear->v_mm_s = place->v_mm_s;

@@ -49,13 +49,13 @@ enum gear_phase {
     GEAR_DONE,  /* at rest */
 };
 
-/** State that is kept at a mark (segment/ahead.h). */
+/** State that is kept at a mark (segment/ahead.h). There are many of them, so it has no gaps. */
 struct gear_place {
-    enum gear_phase phase;
     double at_mm, zero_rev;
-    float v_mm_s;
-    bool locked, ends, lost;
     uint64_t run_ns;
+    float v_mm_s;
+    uint8_t phase; /* enum gear_phase; GEAR_OFF: nothing else is kept */
+    bool locked, ends, lost;
 };
 
 struct gear {

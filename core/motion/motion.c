@@ -14,6 +14,7 @@
 #define MIN_TOLERANCE 0.5f   /* of the tolerance is left, however much of it an arc's chords take */
 #define MIN_CHORD_MM  2e-5f  /* a shorter one has no direction in float32 */
 #define RAPID_MM_S    1e15f  /* its square still is a float */
+#define SELDOM        __attribute__((noinline)) /* apart from what most polls take */
 
 /* ---- straight moves -> chords (motion/planner.h) ---- */
 
@@ -51,12 +52,12 @@ static void plan_close(struct plan *plan) {
         return;
     float length_mm = vec_length(reduce->chord);
     if (length_mm < MIN_CHORD_MM) {
-        reduce->open = reduce->aimed = reduce->merged = false; /* the next chord begins where this one did */
+        reduce->open = reduce->aimed = false; /* the next chord begins where this one did */
         return;
     }
+    float away_mm = reduce_away_mm(reduce, length_mm, reduce_mm(plan->tolerance_mm));
     struct chord_info info = {.asked_mm_s = asked_mm_s(&plan->newest, &reduce->chord, length_mm),
-                              .tube_mm = plan->tolerance_mm -
-                                         (reduce->merged ? reduce_mm(plan->tolerance_mm) : 0.0f),
+                              .tube_mm = plan->tolerance_mm - away_mm,
                               .line = plan->first_line,
                               .note = plan->newest.note,
                               .units = power_close(&plan->power, length_mm),
@@ -191,20 +192,27 @@ bool motion_line(struct motion *motion, const struct motion_line *line, uint32_t
     return true;
 }
 
-bool motion_tool_line(struct motion *motion, struct joints *joints, const struct motion_line *line,
-                      uint32_t now_us) {
-    while (joints->done < 1.0) {
+static SELDOM bool put_tool_line(struct motion *motion, struct joints *joints, const struct motion_line *line,
+                                 uint32_t now_us) {
+    do {
         struct motion_line piece;
-        if (!motion_has_room(motion))
-            return false;
         const double end = joints_piece(joints, motion->plan.position_mm, line, &piece);
         if (!motion_line(motion, &piece, now_us))
             return false;
         joints->done = end;
         joints->part *= 2.0;
-    }
-    joints_arrive(joints, line->target_mm);
-    return true;
+        if (end < 1.0)
+            continue;
+        joints_arrive(joints, line->target_mm);
+        return true;
+    } while (motion_has_room(motion));
+    return false;
+}
+
+/* A line that waits for room asks with every poll. */
+bool motion_tool_line(struct motion *motion, struct joints *joints, const struct motion_line *line,
+                      uint32_t now_us) {
+    return motion_has_room(motion) && put_tool_line(motion, joints, line, now_us);
 }
 
 void motion_dwell(struct motion *motion, double seconds) {
@@ -310,14 +318,9 @@ static bool stays_timed(struct motion *motion) {
     return (!plan_has_pass(&motion->plan) && !rests_at_place(&motion->emit)) || is_timed(motion);
 }
 
-bool motion_poll(struct motion *motion, uint32_t now_us) {
+/* More is to be published, now or soon. */
+static SELDOM bool publish_more(struct motion *motion, uint32_t now_us) {
     struct emit *emit = &motion->emit;
-    emit->now_us = now_us;
-    if (motion->ahead.owner == AHEAD_PLANNER && ahead_has_enough(&motion->ahead)) {
-        emit->waits = motion->waits = false;
-        motion->works = !stays_timed(motion);
-        return motion->works;
-    }
     motion->works = false;
     emit->waits = motion->waits = !ahead_is_making(&motion->ahead) && is_waiting(motion, now_us);
     if (!emit->waits)
@@ -330,6 +333,15 @@ bool motion_poll(struct motion *motion, uint32_t now_us) {
     bool any = emit_claim(emit) && ahead_poll(&motion->ahead);
     motion->works = ahead_is_making(&motion->ahead);
     return any;
+}
+
+bool motion_poll(struct motion *motion, uint32_t now_us) {
+    motion->emit.now_us = now_us;
+    if (motion->ahead.owner != AHEAD_PLANNER || !ahead_has_enough(&motion->ahead))
+        return publish_more(motion, now_us);
+    motion->emit.waits = motion->waits = false;
+    motion->works = !stays_timed(motion);
+    return motion->works;
 }
 
 void motion_hold(struct motion *motion) {

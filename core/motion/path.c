@@ -11,10 +11,11 @@
 #define GRADE_MIDDLE 0.3f /* of the chord: two knots nearer than this are one in the middle */
 
 /* Rounding a corner. */
-#define EAGER          1.25f /* of the way to the minimum: the neighbours will come along */
+#define FIRST          1.0f  /* of the way to the minimum at the first visit ... */
+#define EAGER          1.4f  /* ... and at the next ones: the neighbours will come along */
 #define TUBE_USED      0.97f /* of the tube, by relaxing */
 #define SHIFT_MAX      0.45f /* of the shorter chord: two control points never pass each other */
-#define SHARP          1.8f  /* tubes deep: such a corner is limited by its tube, however it is relaxed */
+#define SHARP          4.0f  /* tubes deep: such a corner is limited by its tube, however it is relaxed */
 #define SHARE_MIN      0.02f /* of a chord, for the blend at each of its ends */
 #define NEED           4.0f  /* a blend takes no more than this many times its lowest useful length */
 #define NEED_MIN_MM    0.005f
@@ -81,13 +82,14 @@ VEC_INLINE void move_chord(struct knot *k, vec by) {
     k->unit = chord * (1.0f / k->length_mm);
 }
 
-/* One sweep of one control point towards the least bending energy
+/* One visit to one control point, towards the least bending energy
  *
  *     E = sum of |T|^2 / l,   T = turn of the units at a knot, l = half of both its chords
  *
  * with the lengths of the chords held: E is quadratic in the point then, and its minimum one step away. The
- * point and the apex of the blend that it will get stay inside the tube. */
-static void relax(struct path *path, uint32_t index) {
+ * point and the apex of the blend that it will get stay inside the tube.
+ * @param part  of the way to the minimum */
+static void relax(struct path *path, uint32_t index, float part) {
     struct knot *k = knot(path, index), *after = knot(path, index + 1);
     const struct knot *before = knot(path, index - 1);
     if (before->stop || k->stop || after->stop)
@@ -98,36 +100,37 @@ static void relax(struct path *path, uint32_t index) {
     float tube_mm = k->info.tube_mm;
     if (is_sharp(k, vec_dot(turn, turn), shorter_mm) || tube_mm <= 0.0f)
         return;
-    float l = 2.0f / (a + b), bend = 1.0f / a + 1.0f / b; /* l: 1 / half of both chords */
+    float inverse_a = 1.0f / a, inverse_b = 1.0f / b, bend = inverse_a + inverse_b;
+    float l = 2.0f / (a + b); /* 1 / half of both chords */
     vec gradient = turn * (-bend * l);
     float hessian = bend * bend * l;
     vec turn_before = k->unit - before->unit;
     if (!is_sharp(before, vec_dot(turn_before, turn_before), min_f(before->length_mm, a))) {
-        float l_before = 2.0f / ((before->length_mm + a) * a);
+        float l_before = 2.0f / (before->length_mm + a) * inverse_a;
         gradient += turn_before * l_before;
-        hessian += l_before / a;
+        hessian += l_before * inverse_a;
     }
     vec turn_after = next->unit - after->unit;
     if (!is_sharp(after, vec_dot(turn_after, turn_after), min_f(b, next->length_mm))) {
-        float l_after = 2.0f / ((b + next->length_mm) * b);
+        float l_after = 2.0f / (b + next->length_mm) * inverse_b;
         gradient += turn_after * l_after;
-        hessian += l_after / b;
+        hessian += l_after * inverse_b;
     }
     vec along = k->unit + after->unit;
     float along_sq = vec_dot(along, along);
-    vec step = gradient * (EAGER / hessian);
+    vec step = gradient * (part / hessian);
     if (along_sq > 1e-6f)
         step -= along * (vec_dot(step, along) / along_sq);
     vec shift = k->shift - step;
 
     vec apex = shift + (turn + step * bend) * (0.125f * shorter_mm);
-    float apex_mm = vec_length(apex), most_mm = TUBE_USED * tube_mm;
-    if (apex_mm > most_mm)
-        shift -= apex * ((1.0f - most_mm / apex_mm) / (1.0f - 0.125f * shorter_mm * bend));
-    float shift_mm = vec_length(shift);
+    float apex_sq = vec_dot(apex, apex), most_mm = TUBE_USED * tube_mm;
+    if (apex_sq > most_mm * most_mm)
+        shift -= apex * ((1.0f - most_mm / sqrtf(apex_sq)) / (1.0f - 0.125f * shorter_mm * bend));
+    float shift_sq = vec_dot(shift, shift);
     most_mm = min_f(most_mm, SHIFT_MAX * shorter_mm);
-    if (shift_mm > most_mm)
-        shift *= most_mm / shift_mm;
+    if (shift_sq > most_mm * most_mm)
+        shift *= most_mm / sqrtf(shift_sq);
     vec by = shift - k->shift;
     k->shift = shift;
     move_chord(k, by);
@@ -333,9 +336,12 @@ static void add_knot(struct path *path, const vec *chord, float length_mm, const
     k->unit = *chord * (1.0f / length_mm);
     if (info->tube_mm < before->info.tube_mm)
         before->info.tube_mm = info->tube_mm;
-    for (uint32_t lag = 2; lag <= 2 * PATH_SWEEPS && lag < n - path->placed; lag += 2)
-        relax(path, n - lag);
-    if (n - path->placed > 2 + 2 * PATH_SWEEPS)
+    float part = FIRST;
+    for (uint32_t lag = 2; lag < 2 + PATH_VISITS && lag < n - path->placed; lag++) {
+        relax(path, n - lag, part);
+        part = EAGER;
+    }
+    if (n - path->placed > 3 + PATH_VISITS)
         place(path, ++path->placed);
     if (path->placed - path->blended > 2)
         blend(path, path->blended + 1);

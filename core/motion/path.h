@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * Chords -> a smooth path: the geometry of the planner, derived in docs/motion.md. [task]
  *
- *   path_chord() -> grade -> knots: relax (2 sweeps) -> place -> blend -> pieces
+ *   path_chord() -> grade -> knots: relax (3 times) -> place -> blend -> pieces
  *
  * A knot is the end of a chord. Its control point may lie up to `tube_mm` next to it. Each control point is
  * rounded by one symmetric quadratic Bezier curve, so the path is a chain of pieces: straight, then curved,
@@ -24,17 +24,15 @@
 /** PLAN_SIZE pieces (hal/core_sizes.h): look-ahead, and what may have to be planned again. */
 _Static_assert((PLAN_SIZE & (PLAN_SIZE - 1)) == 0, "ring index is masked");
 
-/** How often each control point is relaxed; each sweep makes the path 2 knots later. */
-#define PATH_SWEEPS 2u
+/** How often each control point is relaxed: first when there are two knots behind it, and at each of the
+ * next. */
+#define PATH_VISITS 3u
 /** Knots behind the newest one until the path there is final. */
-#define PATH_LAG  (4u + 2u * PATH_SWEEPS)
+#define PATH_LAG  (5u + PATH_VISITS)
 #define KNOT_RING 16u
 /** Stops ahead; a power of two. More of them wait for room. */
 #define PATH_STOPS 32u
 _Static_assert((KNOT_RING & (KNOT_RING - 1)) == 0 && KNOT_RING >= PATH_LAG + 3, "blend looks one knot back");
-
-/** Most knots that one path_chord() and one path_end() can make. */
-#define PATH_BURST 10u
 
 /** What a chord inherits from its moves. */
 struct chord_info {
@@ -164,7 +162,7 @@ static inline float piece_slow_mm(const struct piece *piece, const struct piece 
 /** Empty and at rest. */
 void path_reset(struct path *path);
 
-/** Append a chord; there is room for PATH_BURST pieces. */
+/** Append a chord; there is room for all that it and path_end() make (plan_free()). */
 void path_chord(struct path *path, const vec *chord, float length_mm, const struct chord_info *info);
 
 /** All chords so far become pieces, and the last one ends at rest at this position.

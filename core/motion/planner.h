@@ -101,10 +101,10 @@ static inline bool plan_has_pass(const struct plan *plan) {
 static inline bool plan_is_timed(const struct plan *plan, uint32_t margin) {
     const struct timing *timing = &plan->timing;
     const struct path *path = &plan->path;
-    uint32_t fresh = path->head - timing->known, count = path_count(path);
-    bool much = fresh * PLAN_FRESH > count || (fresh > 0 && count < PLAN_MANY);
     if (timing->whole || path->changed || timing->pass.runs)
         return false;
+    uint32_t fresh = path->head - timing->known, count = path_count(path);
+    bool much = fresh * PLAN_FRESH > count || (fresh > 0 && count < PLAN_MANY);
     return !much || plan_is_final(plan, margin);
 }
 

@@ -5,7 +5,7 @@
 
 void reduce_reset(struct reduce *reduce, const double position_mm[AXIS_COUNT]) {
     memcpy(reduce->anchor_mm, position_mm, sizeof reduce->anchor_mm);
-    reduce->open = reduce->aimed = reduce->merged = false;
+    reduce->open = reduce->aimed = false;
 }
 
 VEC_INLINE vec from_anchor(const struct reduce *reduce, const double point_mm[AXIS_COUNT]) {
@@ -53,14 +53,31 @@ bool reduce_accepts(struct reduce *reduce, const double point_mm[AXIS_COUNT], fl
         }
     }
     reduce->reach_mm = reduce->open ? max_f(reduce->reach_mm, distance_mm) : distance_mm;
-    reduce->merged = reduce->open;
+    if (!reduce->open)
+        reduce->dropped = 0;
+    else if (++reduce->dropped <= REDUCE_KEPT)
+        reduce->kept[reduce->dropped - 1] = reduce->chord;
     reduce->open = true;
     reduce->chord = chord;
     return true;
 }
 
+float reduce_away_mm(const struct reduce *reduce, float length_mm, float tolerance_mm) {
+    if (reduce->dropped > REDUCE_KEPT)
+        return tolerance_mm;
+    const vec unit = reduce->chord * (1.0f / length_mm);
+    float most_sq = 0.0f;
+    for (uint32_t i = 0; i < reduce->dropped; i++) {
+        const vec point = reduce->kept[i];
+        float along_mm = max_f(0.0f, min_f(vec_dot(point, unit), length_mm));
+        const vec away = point - unit * along_mm;
+        most_sq = max_f(most_sq, vec_dot(away, away));
+    }
+    return min_f(sqrtf(most_sq), tolerance_mm);
+}
+
 void reduce_close(struct reduce *reduce) {
     for (unsigned ax = 0; ax < CORE_AXES; ax++)
         reduce->anchor_mm[ax] += (double)reduce->chord[ax];
-    reduce->open = reduce->aimed = reduce->merged = false;
+    reduce->open = reduce->aimed = false;
 }

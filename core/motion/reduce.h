@@ -15,6 +15,9 @@
 
 #include "motion/vec.h"
 
+/** Points left out of a chord that are kept, so that it says how near to all of them it passes. */
+#define REDUCE_KEPT 2u
+
 struct reduce {
     double anchor_mm[AXIS_COUNT]; /* sum of all chords so far, so that rounding a chord never adds up */
     vec chord;                    /* anchor -> newest accepted point */
@@ -23,7 +26,8 @@ struct reduce {
     float reach_mm;               /* greatest distance from the anchor */
     bool open;                    /* a chord has begun */
     bool aimed;                   /* middle and radius are set */
-    bool merged;                  /* a point of this chord was dropped */
+    vec kept[REDUCE_KEPT];        /* anchor -> points of this chord that were dropped */
+    uint32_t dropped;             /* so many points were */
 };
 
 /** Start at this position. */
@@ -34,6 +38,10 @@ void reduce_reset(struct reduce *reduce, const double position_mm[AXIS_COUNT]);
  *  @return false: it may not; nothing was changed, reduce_close() and ask again */
 bool reduce_accepts(struct reduce *reduce, const double point_mm[AXIS_COUNT], float tolerance_mm,
                     float longest_mm);
+
+/** How far the points that were dropped lie from the chord at most; with more of them than are kept:
+ * tolerance_mm, which all of them were accepted with. 0: none was. @param length_mm  of the chord, > 0 */
+float reduce_away_mm(const struct reduce *reduce, float length_mm, float tolerance_mm);
 
 /** End the chord at the newest accepted point, which becomes the anchor. */
 void reduce_close(struct reduce *reduce);

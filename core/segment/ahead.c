@@ -13,6 +13,7 @@
 #define END_MAX_US   600000u            /* of the stop at the end of what is planned, and segments of it */
 #define END_MAX      48u
 #define REST_NS      100000u
+#define STOP_WORK    2u /* to end the committed part and to find how to stop, as work of a portion */
 
 static uint32_t now_us(const struct ahead *ahead) {
     return segment_queue_now_us(ahead->queue);
@@ -135,22 +136,26 @@ static uint32_t mark_ahead(const struct ahead *ahead, int32_t ahead_us) {
 
 /* Those that the step interrupt has passed; what only they needed is released. */
 static void forget_passed(struct ahead *ahead) {
-    uint32_t oldest = ahead->commit;
-    int32_t next_us = INT32_MAX;
-    ahead->passed = true;
     const uint32_t now = now_us(ahead);
+    uint32_t oldest = ahead->commit;
+    int32_t next_us = INT32_MAX, oldest_us = (int32_t)(ahead->mark_us[oldest] - now);
+    ahead->passed = true;
     for (uint32_t left = ahead->used; left != 0;) {
-        uint32_t place = take_place(&left), us = ahead->mark_us[place];
-        int32_t left_us = (int32_t)(us - now);
-        bool stays = place == ahead->commit || us == ahead->end_us;
+        uint32_t place = take_place(&left);
+        int32_t left_us = (int32_t)(ahead->mark_us[place] - now);
+        if (left_us >= next_us && left_us >= oldest_us) /* most of them */
+            continue;
+        bool stays = place == ahead->commit || ahead->mark_us[place] == ahead->end_us;
         if (left_us < 0 && !stays) {
             ahead->used &= ~bit(place);
             continue;
         }
         if (!stays && left_us < next_us)
             next_us = left_us;
-        if (from_mark_us(ahead, oldest, place) < 0)
+        if (left_us < oldest_us) {
             oldest = place;
+            oldest_us = left_us;
+        }
     }
     ahead->next_us = now + (uint32_t)next_us;
     ahead->source->release(ahead->ctx, oldest);
@@ -207,6 +212,10 @@ static struct segment *next_slot(struct ahead *ahead) {
     return segment;
 }
 
+static void spend(struct ahead_batch *batch, uint32_t work) {
+    batch->left = work < batch->left ? batch->left - work : 0u;
+}
+
 /* @return false: nothing comes now */
 static bool put_segment(struct ahead *ahead) {
     struct ahead_batch *batch = &ahead->batch;
@@ -216,8 +225,7 @@ static bool put_segment(struct ahead *ahead) {
     batch->at_us += (segment->duration_ns + 999u) / 1000u;
     segment->end_us = batch->at_us;
     ahead->queue->count++;
-    uint32_t work = ahead->source->work(ahead->ctx);
-    batch->left = work < batch->left ? batch->left - work : 0u;
+    spend(batch, ahead->source->work(ahead->ctx));
     return true;
 }
 
@@ -331,6 +339,7 @@ static bool end_committed(struct ahead *ahead) {
     batch->commit = (uint8_t)commit_mark(ahead, batch->at_us);
     batch->commit_us = batch->at_us;
     batch->commit_count = (uint8_t)ahead->queue->count;
+    spend(batch, STOP_WORK);
     return !rests;
 }
 

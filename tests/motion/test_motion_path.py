@@ -34,6 +34,7 @@ PROGRAMS = {
     "slow corners": "G90G1F900\nX1Y0Z0\nX1Y1Z0\nX0.5Y0.2Z0\n",
     # the first point is left out, as far as may be, on the side from which the corner after it leads away
     "left out at a corner": "G90G1F5000\nX1Y-0.0028Z0\nX0.999Y0Z0\nX0.999Y1Z0\n",
+    "left out on both sides": "G90G1F5000\nX0.3Y-0.001Z0\nX0.6Y0.0015Z0\nX0.999Y0Z0\nX0.999Y1Z0\n",
     "zigzag": zigzag(3, 10, 3.0),
     "fine zigzag": zigzag(4, 80, 0.3),
     "tiny zigzag": zigzag(5, 150, 0.03),
@@ -94,6 +95,24 @@ def test_the_tolerance_of_a_corner_is_used(jerk: int) -> None:
     run = fine_run(PROGRAMS["corners"], s40=jerk)
     _, missed_mm = deviations_mm(run, vertices(PROGRAMS["corners"]))
     assert missed_mm >= 0.7 * DEVIATION_MM
+
+
+def corners(parts: int) -> str:
+    """Turns of 60 degrees after sides of 0.6 mm, each of them so many moves in line."""
+    at, lines = np.zeros(2), ["G90G1F5000"]
+    for n in range(40):
+        angle = math.radians(60 * (n % 2))
+        side = 0.6 * np.array([math.cos(angle), math.sin(angle)])
+        lines += [f"X{x:.5f}Y{y:.5f}Z0" for x, y in (at + side * (k + 1) / parts for k in range(parts))]
+        at = at + side
+    return "\n".join(lines) + "\n"
+
+
+@pytest.mark.parametrize("parts", [2, 3])
+def test_points_in_line_take_nothing_of_the_tolerance(parts: int) -> None:
+    """They are left out, and the chord passes through them: corners have all of it, and take as long as without."""
+    whole, cut = (fine_run(corners(n)).seconds() for n in (1, parts))
+    assert cut[-1] - cut[0] == pytest.approx(whole[-1] - whole[0], rel=1e-3)
 
 
 @pytest.mark.parametrize("code", ["G2", "G3"])

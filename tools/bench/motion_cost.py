@@ -30,8 +30,8 @@ XTENSA_BUDGET = ROOT / "tests" / "budget" / "xtensa_motion.json"
 XTENSA = {"esp32": Chip.ESP32, "esp32s3": Chip.ESP32S3}
 SURFACE, CIRCLE = "surface", "chopped circle"
 LINES = {SURFACE: (relief, 500), CIRCLE: (chopped_circle, 2500)}
-LONGEST = {"motion_poll": 7_000, "prep_poll": 7_500}
-PER_BLOCK = {SURFACE: 21_200, CIRCLE: 1_475}
+LONGEST = {"motion_poll": 6_500, "prep_poll": 7_500}
+PER_BLOCK = {SURFACE: 20_200, CIRCLE: 1_450}
 PER_STEP = {SURFACE: 141, CIRCLE: 68}
 
 
