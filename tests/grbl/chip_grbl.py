@@ -37,6 +37,7 @@ LOOK_S = 0.0013  # the main loop looks every ms
 STUCK = -(1 << 31)  # a switch at this step is always on
 PATIENCE_S = 3600.0
 
+PLAN_BURST = 3  # core/motion/planner.h
 NUMBERS = r"-?[\d.]+,-?[\d.]+,-?[\d.]+"
 FOURTH = re.compile(rf"((?:[MW]Pos|WCO|\[G\d\d(?:\.\d)?|\[PRB):{NUMBERS}),(-?[\d.]+)")
 FOURTH_SETTING = re.compile(r"\$1[0-3]3=[\d.]+\r\n")
@@ -194,6 +195,11 @@ class ChipGrbl:
         raise NotOnThisBoard("there is no second client")
 
     # --- the machine behind it ---
+
+    @property
+    def plan_moves(self) -> int:
+        """That the planner takes while nothing moves."""
+        return self.board.look_ahead - PLAN_BURST
 
     input_delay_s = 0.005 + LOOK_S  # an input of M66 counts when it has been quiet for 5 ms
 

@@ -24,6 +24,7 @@ HOST_IDLE, HOST_ROOM, HOST_BUDGET, HOST_TIME = range(4)
 HEARD = ctypes.create_string_buffer(65536)  # of one call
 BANNER = "\r\nGrbl 1.1h ['$' for help]\r\n"
 LOCKED = "[MSG:'$H'|'$X' to unlock]\r\n"
+PLAN_MOVES = 253  # that the planner takes while nothing moves: its pieces of path without PLAN_BURST
 Steps = ctypes.c_int32 * AXES
 OUTPUT_CHANGE = HOST.record("output_change", t_ticks="t")
 Outputs = HOST.struct("virtual_outputs")
@@ -254,6 +255,7 @@ class Grbl:
 
     # --- the machine behind it ---
 
+    plan_moves = PLAN_MOVES
     input_delay_s = 0.0  # from a level to its being noticed
 
     @property

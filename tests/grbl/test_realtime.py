@@ -213,6 +213,7 @@ def test_spindle_range_and_pwm(grbl: Grbl) -> None:
     assert (grbl.outputs().spindle_direction, grbl.outputs().spindle_rpm, grbl.outputs().spindle_duty) == (1, 0, 0)
 
 
+@pytest.mark.needs("coolant_mist")
 def test_coolant_bytes(grbl: Grbl) -> None:
     """`0xA0` flood, `0xA1` mist: they toggle, also in a hold, and `$G` shows it."""
     grbl.send("\xa0")
