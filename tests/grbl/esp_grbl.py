@@ -18,7 +18,8 @@ from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
 
-from chip_grbl import NUMBERS, ChipGrbl, NotOnThisBoard
+from chip_grbl import NUMBERS, RPM_MAX, RX_SIZE, ChipGrbl, NotOnThisBoard
+from wificnc.board import paths
 from wificnc.board.load import load_board
 from wificnc.chip.esp_image import load_image
 from wificnc.chip.esp_machine import EspMachine, gpio
@@ -28,10 +29,18 @@ IMAGE = os.environ.get("WIFICNC_ESP_IMAGE", "")
 BOARD = os.environ.get("WIFICNC_ESP_BOARD", "esp32-wroom32")
 BYTE_S = 10 / 115200
 LOOK_S = 5e-5  # between two looks at where the motors are
-PWM_LOOK_S = 0.0025  # some periods of 5 kHz, and a round of the task that sets its duty
+PWM_HZ = 5000  # $33
+PWM_LOOK_S = 0.0025  # some periods, and a round of the task that sets its duty
 CW, FLOOD, MIST = 1, 2, 1  # struct virtual_outputs
 OTHERS = re.compile(rf"((?:[MW]Pos|WCO|\[G\d\d(?:\.\d)?|\[PRB):{NUMBERS})((?:,-?[\d.]+)+)")
 OTHER_SETTINGS = re.compile(r"\$1[0-3][345]=[\d.]+\r\n")
+
+
+def number_in(source: str, pattern: str) -> int:
+    """A number of the firmware's own."""
+    found = re.search(pattern, (paths.TARGETS / "esp32" / source).read_text(encoding="utf-8"))
+    assert found, f"{source}: {pattern}"
+    return int(found[1])
 
 
 class SwitchedEsp(EspMachine):
@@ -72,6 +81,9 @@ class SwitchedEsp(EspMachine):
 class EspGrbl(ChipGrbl):
     """A controller fresh from its power-on, with the settings that the first one was given by keep()."""
 
+    receive_room = RX_SIZE + number_in("link/serial_stream.h", r"SERIAL_UART_RX_SIZE = (\d+)")  # the driver's, too
+    rpm_step = RPM_MAX * PWM_HZ / number_in("hal/spindle_pwm.h", r"SPINDLE_PWM_CLOCK_HZ (\d+)u")
+    look_s = 0.0025  # a receiver's pause, a task's ms, the other core's
     kept = b""  # the flash chip's partition
 
     def __init__(self) -> None:
