@@ -84,6 +84,7 @@ class EspGrbl(ChipGrbl):
     receive_room = RX_SIZE + number_in("link/serial_stream.h", r"SERIAL_UART_RX_SIZE = (\d+)")  # the driver's, too
     rpm_step = RPM_MAX * PWM_HZ / number_in("hal/spindle_pwm.h", r"SPINDLE_PWM_CLOCK_HZ (\d+)u")
     look_s = 0.0025  # a receiver's pause, a task's ms, the other core's
+    report_s = 1e-6 * number_in("app/controller.c", r"ASK_EVERY_US +(\d+)u?") + 0.005  # ? is answered this often
     kept = b""  # the flash chip's partition
 
     def __init__(self) -> None:
@@ -111,6 +112,12 @@ class EspGrbl(ChipGrbl):
         if not EspGrbl.kept:
             self.settings(**values)
             EspGrbl.kept = self.chip.settings()
+
+    def status(self) -> str:
+        said, end = self.after(0, "?"), self.chip.cycles + round(self.report_s * self.chip.cpu_hz)
+        while ">" not in said and self.chip.cycles < end:
+            said += self.heard()
+        return said
 
     def travel(self, axis: int, low: int, high: int) -> None:
         self.chip.travels[axis] = (low, high)
