@@ -6,18 +6,7 @@
 
 enum { SMALLEST = 256 };
 
-/* Room for `count` more behind what is there. */
-static bool make_room(struct net_queue *queue, size_t count) {
-    size_t needed = queue->count + count;
-    if (queue->begin + needed <= queue->size)
-        return true;
-    if (needed <= queue->size / 2) { /* moving pays: at least half of it is free afterwards */
-        memmove(queue->bytes, queue->bytes + queue->begin, queue->count);
-        queue->begin = 0;
-        return true;
-    }
-    /* Twice what is needed, so that the next lines find room without another copy. */
-    size_t size = 2 * needed < SMALLEST ? SMALLEST : 2 * needed;
+static bool move_to(struct net_queue *queue, size_t size) {
     char *bytes = malloc(size);
     if (bytes == NULL)
         return false;
@@ -25,6 +14,22 @@ static bool make_room(struct net_queue *queue, size_t count) {
         memcpy(bytes, queue->bytes + queue->begin, queue->count);
     free(queue->bytes);
     *queue = (struct net_queue){.bytes = bytes, .count = queue->count, .size = size};
+    return true;
+}
+
+/* Room for `count` more behind what is there. */
+static bool make_room(struct net_queue *queue, size_t count) {
+    size_t needed = queue->count + count;
+    if (queue->begin + needed <= queue->size)
+        return true;
+    /* Moving pays: at least half of it is free afterwards. Else twice what is needed, so that the next lines
+     * find room without another copy. */
+    if (needed > queue->size / 2 && move_to(queue, 2 * needed < SMALLEST ? SMALLEST : 2 * needed))
+        return true;
+    if (needed > queue->size) /* memory is short */
+        return move_to(queue, needed);
+    memmove(queue->bytes, queue->bytes + queue->begin, queue->count);
+    queue->begin = 0;
     return true;
 }
 

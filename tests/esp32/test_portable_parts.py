@@ -27,6 +27,7 @@ PROGRAMS = {
     "io_parts": ("../chip/gang.c", "../chip/step_pins.c", "io/encoder_counts.c", "io/dial_counts.c"),
     "access_store": ("net/access_store.c",),
     "crowd": (),
+    "little_memory": (),
     "gate": (),
     "trust": (),
     "qr": (),

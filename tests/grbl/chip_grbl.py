@@ -33,10 +33,12 @@ QUIET_S = 0.06  # without a byte or a step: nothing more comes of lines that hav
 LONG_S = 5.5  # ... of anything else: a door's restoring takes 5 s
 NOTICED_S = 2e-6  # an edge at a pin and its interrupt
 DEBOUNCED_S = 0.01
-LOOK_S = 0.0013  # the main loop looks every ms
+LOOK_S = 0.0013  # the main loop looks every ms: a byte's answer has begun
 STUCK = -(1 << 31)  # a switch at this step is always on
 PATIENCE_S = 3600.0
 
+PLAN_BURST = 3  # core/motion/planner.h
+RX_SIZE, RPM_MAX = 2048, 1000
 NUMBERS = r"-?[\d.]+,-?[\d.]+,-?[\d.]+"
 FOURTH = re.compile(rf"((?:[MW]Pos|WCO|\[G\d\d(?:\.\d)?|\[PRB):{NUMBERS}),(-?[\d.]+)")
 FOURTH_SETTING = re.compile(r"\$1[0-3]3=[\d.]+\r\n")
@@ -79,7 +81,7 @@ class ChipGrbl:
     def heard(self) -> str:
         """Log since the last time, up to its last byte."""
         said, quiet_s = self._take(), 0.0
-        while quiet_s < LOOK_S:
+        while quiet_s < self.look_s:
             self.chip.run(SHORT_S)
             more = self._take()
             said, quiet_s = said + more, 0.0 if more or self.chip.unread else quiet_s + SHORT_S
@@ -195,6 +197,14 @@ class ChipGrbl:
 
     # --- the machine behind it ---
 
+    @property
+    def plan_moves(self) -> int:
+        """That the planner takes while nothing moves."""
+        return self.board.look_ahead - PLAN_BURST
+
+    look_s = LOOK_S
+    receive_room = RX_SIZE  # bytes that wait before one is lost
+    rpm_step = RPM_MAX / 10_000  # of S, that an output shows with $30=1000
     input_delay_s = 0.005 + LOOK_S  # an input of M66 counts when it has been quiet for 5 ms
 
     @property

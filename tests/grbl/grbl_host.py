@@ -24,6 +24,8 @@ HOST_IDLE, HOST_ROOM, HOST_BUDGET, HOST_TIME = range(4)
 HEARD = ctypes.create_string_buffer(65536)  # of one call
 BANNER = "\r\nGrbl 1.1h ['$' for help]\r\n"
 LOCKED = "[MSG:'$H'|'$X' to unlock]\r\n"
+RX_SIZE = 2048
+PLAN_MOVES = 253  # that the planner takes while nothing moves: its pieces of path without PLAN_BURST
 Steps = ctypes.c_int32 * AXES
 OUTPUT_CHANGE = HOST.record("output_change", t_ticks="t")
 Outputs = HOST.struct("virtual_outputs")
@@ -254,6 +256,9 @@ class Grbl:
 
     # --- the machine behind it ---
 
+    plan_moves = PLAN_MOVES
+    receive_room = RX_SIZE  # bytes that wait before one is lost
+    rpm_step = 1e-3  # of S, that an output shows with $30=1000
     input_delay_s = 0.0  # from a level to its being noticed
 
     @property

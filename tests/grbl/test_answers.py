@@ -5,16 +5,15 @@ from __future__ import annotations
 import re
 
 import pytest
-from grbl_host import BANNER, LOCKED, Grbl
-
-PLAN_MOVES, RX_SIZE = 253, 2048
+from grbl_host import BANNER, LOCKED, RX_SIZE, Grbl
 
 
 def test_ok_means_taken_by_the_planner(grbl: Grbl) -> None:
     """Each line gets exactly one `ok` or `error:N`. `ok` for a motion line = accepted (blocks while full)."""
-    lines = PLAN_MOVES + 21  # not in one line: collinear moves are merged, and take no room
+    moves = grbl.plan_moves
+    lines = moves + 21  # not in one line: collinear moves are merged, and take no room
     said = grbl.after(0.001, "G91G1F60X1\n" + "Y.1\nX.1\n" * (lines // 2))
-    assert PLAN_MOVES / 3 <= said.count("ok") <= PLAN_MOVES  # a move takes room for three pieces of path at most
+    assert moves / 3 <= said.count("ok") <= moves  # a move takes room for three pieces of path at most
     assert said.count("ok") + grbl.send("").count("ok") == lines // 2 * 2 + 1
     assert grbl.position()[:2] == [round((1 + 0.1 * (lines // 2)) * 250), round(0.1 * (lines // 2) * 250)]
 
@@ -35,14 +34,15 @@ def test_a_dwell_lasts_exactly(grbl: Grbl) -> None:
 
 def test_receive_overflow_is_reported_and_every_line_answered(grbl: Grbl) -> None:
     """Never drop without saying so: lost lines are answered too, in their place (intended deviation)."""
-    line = "G4P0\n"
+    line, more = "G4P0\n", 30
     fit = RX_SIZE // len(line)
+    lost = more - min(more, (grbl.receive_room - RX_SIZE) // len(line))  # a driver's buffer keeps some
     grbl.after(0, "G4P1\n")
-    grbl.flood(line * (fit + 30))
+    grbl.flood(line * (fit + more))
     said = grbl.send("")
     answers = [a for a in said.split("\r\n") if a == "ok" or a.startswith("error")]
-    assert answers == ["ok"] * (1 + fit) + ["error:11"] * 30
-    assert said.count("[MSG:Receive buffer overflow]") == 1
+    assert answers == ["ok"] * (1 + fit + more - lost) + ["error:11"] * lost
+    assert said.count("[MSG:Receive buffer overflow]") == (1 if lost else 0)
     assert grbl.send("G0X1\n") == "ok\r\n" and grbl.position()[0] == 250
 
 
@@ -156,7 +156,7 @@ def test_check_mode_off_resets(grbl: Grbl) -> None:
         ("$999=1", "error:3"),
         ("$0=", "error:2"),
         ("$=", "error:2"),
-        ("$0=2", "error:6"),
+        pytest.param("$0=2", "error:6", marks=pytest.mark.needs("no own pulse of 2 us")),
         ("$110=-1", "error:4"),
         ("$20=1", "error:10"),
         ("$100=1.5x", "error:3"),
@@ -167,7 +167,7 @@ def test_check_mode_off_resets(grbl: Grbl) -> None:
         ("$J=X1F100M3", "error:16"),
         ("$J=G0X1F100", "error:16"),
         ("$J=X1F100S5", "error:16"),
-        ("$J=A1F100", "error:20"),
+        pytest.param("$J=A1F100", "error:20", marks=pytest.mark.needs("no axis A")),
         ("$J=F1000", "error:26"),
         ("$N1=G1X1", "error:22"),
         ("$N2=", "error:3"),

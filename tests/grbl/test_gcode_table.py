@@ -63,8 +63,10 @@ M48 | 0
 M62 | 28
 M52 | 20
 """
+NEEDS = {"G0A1": "no axis A", "G0B1": "no axis B"}  # of a board (needs.py)
 ROWS = [
-    (row.split(" | ")[0].split(","), int(row.split(" | ")[1])) for row in (TABLE + BEYOND).strip().splitlines() if row
+    pytest.param(lines.split(","), int(answer), marks=[pytest.mark.needs(NEEDS[lines])] if lines in NEEDS else [])
+    for lines, answer in (row.split(" | ") for row in (TABLE + BEYOND).splitlines() if row)
 ]
 
 

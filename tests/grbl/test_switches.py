@@ -303,6 +303,7 @@ def test_reports_are_silent_while_homing(grbl: Grbl) -> None:
     assert grbl.position() == grbl.stands()
 
 
+@pytest.mark.needs("door")
 def test_alarm_7(grbl: Grbl) -> None:
     """Alarm 7 homing door."""
     make_homing(grbl)

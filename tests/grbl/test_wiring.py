@@ -11,20 +11,13 @@ from pathlib import Path
 
 import pytest
 from grbl_host import BANNER, Grbl
+from needs import pc_board
 from wificnc.board.abilities import ABILITIES
 from wificnc.board.load import find_boards, load_board
 from wificnc.board.model import Board
-from wificnc.serve.options import board_numbers
-from wificnc.sim.native import HostBoard
 
 PASSES, NO_PWM, NO_PORT, NO_OUTPUT, NO_TOOLSETTER, NO_ENCODER, NO_BUS = 0, 17, 131, 135, 136, 150, 190
 FLOOD, MIST = "This board has no flood output", "This board has no mist output"
-
-
-def host_board(board: Board) -> HostBoard:
-    numbers = dict(board_numbers(board))
-    numbers["axis_count"] = numbers.pop("axes")
-    return HostBoard(**numbers)
 
 
 @pytest.fixture(params=[path.stem for path in find_boards()])
@@ -34,7 +27,7 @@ def board(request: pytest.FixtureRequest) -> Board:
 
 @pytest.fixture
 def grbl(board: Board) -> Iterator[Grbl]:
-    controller = Grbl(board=host_board(board))
+    controller = Grbl(board=pc_board(board.id))
     controller.send("")
     controller.fine("$110=5000", "F600")
     yield controller

@@ -109,9 +109,9 @@ def serve(address: str) -> Server:
     return Server(ServeOptions(board=load_board("host"), wmc3=address, settings=SETTINGS))
 
 
-def stands(address: str) -> Status:
+def stands(address: str, key: str = "") -> Status:
     """Its report when it does not move any more."""
-    with Device(address) as device:
+    with Device(address, key=key) as device:
         for before, after in pairwise(device.reports(HANG_S)):
             if before.position_steps == after.position_steps and after.state == State.IDLE:
                 return after

@@ -11,7 +11,8 @@ from itertools import islice
 from pathlib import Path
 
 import pytest
-from halrun_file import Rig, hal_file, serve, stands
+from esp_process import IMAGE, EspProcess
+from halrun_file import SETTINGS, Rig, hal_file, serve, stands
 from lossy import Lossy
 from patience import HANG_S
 from wificnc.build.checkout import checkout_root
@@ -21,13 +22,14 @@ from wificnc.wmc3.layout import Segment
 
 OWN = f"{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}"  # the ports are fixed
 ADDRESS, OTHER, LOCAL = f"127.61.{OWN}", f"127.62.{OWN}", f"127.63.{OWN}"
-END = """getp wificnc.connected
+COUNTS = """getp wificnc.connected
 getp wificnc.fault
 getp wificnc.underruns
-setp wificnc.spindle-rpm 700
+"""
+END = f"""{COUNTS}setp wificnc.spindle-rpm 700
 setp wificnc.spindle-on 1
 setp wificnc.digital-out-02 1
-loadusr -w {wait} wificnc spindle-at-speed TRUE
+loadusr -w {{wait}} wificnc spindle-at-speed TRUE
 show pin wificnc
 """
 
@@ -44,6 +46,20 @@ def test_joints_arrive_to_the_step(user_home: Path, as_user: Callable[..., str])
     assert status.misc_outputs == 0b100, "outputs stay; the spindle stops with the component's connection"
     assert status.spindle == 0
     check_pins(said)
+
+
+if IMAGE:  # of an ESP32 with Ethernet, where someone has one (esp_process.py)
+
+    def test_joints_of_a_chip_arrive_to_the_step(user_home: Path, as_user: Callable[..., str], tmp_path: Path) -> None:
+        targets = ((20.003, -7.5, 3.3333), (-1.0, 4.44, 0.0), (20.0, -7.5, 3.3333))
+        words = [word for line in SETTINGS for word in ("--set", line)]
+        with EspProcess(tmp_path, "--wmc3", ADDRESS, *words) as process:
+            key = process.options.key
+            rig = Rig("wificnc", ADDRESS, (200, -200, 333.3), targets, options=f"--queue-ms 500 --key {key}")
+            said = as_user("halrun", "-f", hal_file(user_home, rig, then=COUNTS))
+            status = stands(ADDRESS, key)
+        assert status.position_steps[:3] == (4000, 1500, 1111)
+        assert said.split()[:3] == ["TRUE", "FALSE", "0"], "connected, no fault, no underruns"
 
 
 def check_pins(said: str) -> None:
