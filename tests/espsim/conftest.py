@@ -1,4 +1,4 @@
-"""The virtual ESP32 without a program."""
+"""The virtual ESP32 without a program; each instruction takes a cycle, so that tests can count them."""
 
 from __future__ import annotations
 
@@ -11,10 +11,12 @@ from wificnc.chip.espsim import Chip, VirtualChip
 @pytest.fixture(params=list(Chip), ids=["esp32", "esp32s3"])
 def chip(request: pytest.FixtureRequest) -> Iterator[VirtualChip]:
     with VirtualChip(request.param) as chip:
+        chip.timing(False)
         yield chip
 
 
 @pytest.fixture
 def esp32() -> Iterator[VirtualChip]:
     with VirtualChip(Chip.ESP32) as chip:
+        chip.timing(False)
         yield chip

@@ -28,6 +28,7 @@ pytestmark = pytest.mark.slow  # compiles a program for the virtual chip
 SETTINGS = tuple(f"${base + axis}={value}" for base, value in ((110, 5000), (120, 500)) for axis in range(4))
 CYCLES_PER_TICK = 12  # of the step timer, 20 MHz
 LATENCY_CYCLES = 2  # an instruction is done before the interrupt is taken
+LINE_CYCLES = 912  # of the cache, from flash: docs/espsim.md
 FRAME_CYCLES = 480  # of a word of I2S
 NS_PER_CYCLE = 1000 / 240
 FLASH = (0x3F400000, 0x40000000), (0x400C2000, 0x40400000)  # data, code
@@ -112,20 +113,24 @@ def same_events(pc: NDArray[np.int64], chip: NDArray[np.int64]) -> None:
 
 def lateness_ns(pc: NDArray[np.int64], chip: NDArray[np.int64]) -> NDArray[np.float64]:
     late = (chip[:, 0] - chip[0, 0]) * NS_PER_CYCLE - (pc[:, 0] - pc[0, 0])
-    return late - (late.min() + late.max()) / 2
+    return late - np.median(late)
 
 
-def bound_ns(program: Built) -> float:
-    return (CYCLES_PER_TICK + LATENCY_CYCLES + program.grid_cycles / 2) * NS_PER_CYCLE
+def at_its_times(program: Built, pc: NDArray[np.int64], chip: NDArray[np.int64], misses: int) -> None:
+    """But where an instruction waits for a line of the cache, and that for one of the other core."""
+    late = np.abs(lateness_ns(pc, chip))
+    bound = (CYCLES_PER_TICK + LATENCY_CYCLES + program.grid_cycles / 2) * NS_PER_CYCLE
+    assert (late > bound).sum() <= misses
+    assert late.max() <= bound + 2 * LINE_CYCLES * NS_PER_CYCLE
 
 
 def test_both_cores_make_the_pcs_steps_at_its_times(program: Built, tmp_path: Path) -> None:
     """With I2S each within half a word of it, as a word begins each 2 us."""
     pc, running = pc_trace(tmp_path, program.board, DIAGONAL), run(program, DIAGONAL)
     with running.chip:
-        chip = running.steps()
+        chip, misses = running.steps(), running.chip.core(1).misses
     same_events(pc, chip)
-    assert np.abs(lateness_ns(pc, chip)).max() <= bound_ns(program)
+    at_its_times(program, pc, chip, misses)
 
 
 def test_flash_that_is_written_meanwhile_moves_no_step(program: Built, tmp_path: Path) -> None:
@@ -133,9 +138,9 @@ def test_flash_that_is_written_meanwhile_moves_no_step(program: Built, tmp_path:
     pc, running = pc_trace(tmp_path, program.board, LONG), run(program, LONG, flash_period_us=20_000)
     with running.chip:
         assert running.number("flash_writes") >= 20
-        chip = running.steps()
+        chip, misses = running.steps(), running.chip.core(1).misses
     same_events(pc, chip)
-    assert np.abs(lateness_ns(pc, chip)).max() <= bound_ns(program)
+    at_its_times(program, pc, chip, misses)
 
 
 def test_no_step_is_lost_when_a_sector_is_erased(program: Built, tmp_path: Path) -> None:

@@ -107,6 +107,14 @@ REFUSED = {
     "a partition table": (images.table(), "is a partition table alone"),
     "a bootloader": (images.image(START, [(START, bytes(200))]), "is not an application: it has no description"),
     "cut off in its head": (app(quiet())[:100], "is damaged: it ends after 100 bytes"),
+    "cut off in a segment": (
+        app(quiet() + bytes(4000))[:2000],
+        "is damaged: it ends after 2000 bytes, in segment 2 of 2",
+    ),
+    "cut off in a merged image": (
+        merged(app(quiet() + bytes(4000)))[:-3000],
+        "is damaged: its application ends after",
+    ),
     "cut off": (app(quiet())[:-40], "the image is damaged"),
     "checksum": (flipped(app(quiet()), 250), "the image is damaged: its checksum is"),
     "hash": (flipped(app(quiet()), 8), "the image is damaged: its SHA-256 is another one"),

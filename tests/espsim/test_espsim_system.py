@@ -195,7 +195,9 @@ SYSTIMER = 0x60023000
 
 @pytest.fixture
 def s3() -> Registers:
-    return Registers(VirtualChip(Chip.ESP32S3), Chip.ESP32S3)
+    chip = VirtualChip(Chip.ESP32S3)
+    chip.timing(False)
+    return Registers(chip, Chip.ESP32S3)
 
 
 def systimer_count(registers: Registers, unit: int) -> int:

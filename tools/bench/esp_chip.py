@@ -7,6 +7,7 @@ import time
 
 from wificnc.chip.espsim import Chip, Cpu, VirtualChip
 
+from bench import esp_steps
 from bench.__main__ import show
 from bench.measure import Figure
 
@@ -49,6 +50,7 @@ def main() -> int:
     figures += [Figure("with memory", rate(MEMORY, Chip.ESP32), "M instructions/s")]
     figures += [Figure("calls", rate(CALLS, Chip.ESP32), "M instructions/s")]
     show(figures)
+    esp_steps.main()
     return 0 if all(figure.is_met for figure in figures) else 1
 
 

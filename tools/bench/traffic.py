@@ -98,6 +98,7 @@ def on_xtensa(chip: Chip) -> list[Figure]:
 
     def second(kind: str, what: int) -> float:
         with VirtualChip(chip) as running:
+            running.timing(False)  # instructions are counted
             running.load(program.read_bytes())
             _start(running, chip)
             for symbol, value in (("kind", BUS_KINDS[kind]), ("what", what), ("seconds", SECONDS)):

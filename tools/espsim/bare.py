@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,6 +16,7 @@ from xtensa.toolchain import Toolchain
 
 # The boot ROM's functions that compilers call: rom.def.
 ROM_DEFINITIONS = Path(__file__).parent / "rom.def"
+FRAGMENTS = Path(__file__).parents[2] / "targets" / "esp32" / "components" / "core" / "linker.lf"
 
 
 @dataclass(frozen=True)
@@ -51,8 +53,11 @@ SECTIONS {{
         {in_iram}
     }} > iram
     .text : SUBALIGN(4) {{ *(.literal .literal.* .text .text.*) }} > code
+    .data : {{
+        *(.data .data.* .dram1 .dram1.*)
+        {in_dram}
+    }} > dram
     .rodata : {{ *(.rodata .rodata.*) }} > constants
-    .data : {{ *(.data .data.* .dram1 .dram1.*) }} > dram
     .bss (NOLOAD) : {{ *(.bss .bss.* COMMON .noinit .noinit.*) }} > dram
 }}
 {symbols}
@@ -72,9 +77,24 @@ def rom_functions(chip: Chip) -> dict[str, int]:
     return found
 
 
-def layout(chip: Chip, in_iram: Iterable[str]) -> str:
-    """The linker script. @param in_iram  objects with code in IRAM: all of theirs goes there, as LLVM gives an object's
-    functions one section of literals, which must be near"""
+def in_ram(texts: Iterable[Path], own: Path) -> list[str]:
+    """Objects whose code and constants lie in RAM: those with a function marked for it, those that the firmware's
+    linker.lf names, and the program's own, which stands for tasks and FreeRTOS. All of an object goes there, as LLVM
+    gives an object's functions one section of literals, which must be near."""
+    named = {
+        found[1] for found in re.finditer(r"^    (\w+)(?::\w+)? \(noflash\)$", FRAGMENTS.read_text(), re.MULTILINE)
+    }
+    return [
+        windows.object_name(path)
+        for path in texts
+        if ".iram1" in path.read_text()
+        or own in path.parents
+        or ("core" in path.parts and path.stem.split(".")[0] in named)
+    ]
+
+
+def layout(chip: Chip, in_iram: Sequence[str]) -> str:
+    """The linker script. @param in_iram  objects that lie in RAM"""
     at = PLACES[chip]
     names = [f"PROVIDE({name} = {address:#x});" for name, address in rom_functions(chip).items()]
     names += [f"{name} = {address:#x};" for name, address in at.peripherals.items()]
@@ -91,6 +111,7 @@ def layout(chip: Chip, in_iram: Iterable[str]) -> str:
         flash_size=FLASH_SIZE,
         symbols="\n".join(names),
         in_iram="\n        ".join(lines),
+        in_dram="\n        ".join(f"*/{name}(.rodata .rodata.*)" for name in in_iram),
     )
 
 
@@ -116,5 +137,4 @@ def build(
     near = replace(plain, system=(own[0].parent, *plain.system))
     texts += windows.texts(compile_all(tools, root, near, own, output))
     texts += [path for path in sources if path.suffix == ".S"]
-    in_iram = [windows.object_name(path) for path in texts if ".iram1" in path.read_text()]
-    return windows.link(tools, texts, output, layout(chip, in_iram))
+    return windows.link(tools, texts, output, layout(chip, in_ram(texts, output)))

@@ -251,6 +251,7 @@ bool boot_start(struct esp *esp, const struct image *image, uint32_t place) {
     cpu_reset(esp, cpu);
     mmu_begin(esp);
     esp->cache_control[0] |= 1 << 3;
+    spi_configure(esp, bytes);
     for (unsigned i = 0; i < image->count; i++) {
         const struct piece *piece = &image->piece[i];
         if (mmu_has(esp, piece->address))

@@ -70,8 +70,8 @@ static bool add(struct esp *esp, const struct region *region) {
     esp->memory_count++;
     for (uint32_t at = 0; at < region->size; at += PAGE) {
         const uint32_t page = (region->base + at) >> PAGE_BITS;
-        esp->words[page] = bytes + at;
-        esp->read[page] = region->words_only ? NULL : bytes + at;
+        esp->plain_words[page] = esp->words[page] = bytes + at;
+        esp->plain_read[page] = esp->read[page] = region->words_only ? NULL : bytes + at;
         esp->write[page] = region->words_only || region->constant ? NULL : bytes + at;
     }
     return true;
@@ -84,11 +84,14 @@ bool bus_create(struct esp *esp) {
     esp->read = calloc(PAGES, sizeof *esp->read);
     esp->write = calloc(PAGES, sizeof *esp->write);
     esp->words = calloc(PAGES, sizeof *esp->words);
+    esp->plain_read = calloc(PAGES, sizeof *esp->plain_read);
+    esp->plain_words = calloc(PAGES, sizeof *esp->plain_words);
     esp->code = calloc(PAGES, sizeof *esp->code);
-    bool good = esp->read != NULL && esp->write != NULL && esp->words != NULL && esp->code != NULL;
+    bool good = esp->read != NULL && esp->write != NULL && esp->words != NULL && esp->code != NULL &&
+                esp->plain_read != NULL && esp->plain_words != NULL;
     for (size_t i = 0; i < count && good; i++)
         good = add(esp, &regions[i]);
-    return good;
+    return good && cache_create(esp);
 }
 
 void bus_destroy(struct esp *esp) {
@@ -104,6 +107,9 @@ void bus_destroy(struct esp *esp) {
     free(esp->read);
     free(esp->write);
     free(esp->words);
+    free(esp->plain_read);
+    free(esp->plain_words);
+    cache_destroy(esp);
     free(esp->code);
 }
 
@@ -155,13 +161,27 @@ static bool may_access(struct esp *esp, uint32_t address, unsigned size, const c
     return is_word(esp, address, size, what);
 }
 
+/* An access to a register: one after the other, of both cores. After a store the core continues. */
+static void begin_access(struct esp *esp) {
+    if (esp->timed && esp->cycles < esp->bus_free)
+        esp->cycles = esp->bus_free;
+    if (esp->timed)
+        esp->cpu->bus_free = esp->bus_free = esp->cycles + BUS;
+}
+
 static uint32_t block_load(struct esp *esp, const struct block *block, uint32_t address) {
     const uint32_t offset = address - block->base;
-    return block->load == NULL ? block->words[offset / 4] : block->load(esp, offset);
+    begin_access(esp);
+    const uint64_t end = esp->bus_free;
+    const uint32_t value = block->load == NULL ? block->words[offset / 4] : block->load(esp, offset);
+    if (esp->timed && esp->cycles < end)
+        esp->cycles = end;
+    return value;
 }
 
 static void block_store(struct esp *esp, const struct block *block, uint32_t address, uint32_t value) {
     const uint32_t offset = address - block->base;
+    begin_access(esp);
     if (block->store == NULL)
         block->words[offset / 4] = value;
     else
@@ -178,8 +198,15 @@ uint32_t bus_load(struct esp *esp, uint32_t address, unsigned size) {
         nothing_there(esp, "load from", address);
     else if (memory->words_only && (size != 4 || (address & 3) != 0))
         cpu_exception_at(esp, CAUSE_LOAD_STORE, address);
-    else
+    else {
+        const uint8_t *lines = esp->lines[esp->cpu->number][address >> PAGE_BITS];
+        if (lines != NULL && !lines[(address & (PAGE - 1)) / GRAIN]) {
+            if (cores_retry(esp))
+                return 0;
+            cache_miss(esp, address);
+        }
         memcpy(&value, bus_bytes(esp, address, size), size);
+    }
     return value;
 }
 

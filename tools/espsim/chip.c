@@ -91,6 +91,7 @@ static void create_parts(struct esp *esp) {
     efuse_create(esp);
     sha_create(esp);
     cores_create(esp);
+    cache_reset(esp);
     parts_create(esp);
     dport_create(esp);
 }
@@ -258,14 +259,10 @@ uint64_t es_cycles(const struct esp *esp) {
     return esp->cycles;
 }
 
-static uint64_t cycles_of(const struct esp *esp, const struct cpu *cpu) {
-    return cpu == esp->cpu ? esp->cycles : cpu->cycles;
-}
-
 uint64_t es_instructions(const struct esp *esp) {
     uint64_t all = 0;
     for (unsigned core = 0; core < CORES; core++)
-        all += cycles_of(esp, &esp->core[core]) - esp->core[core].idle;
+        all += esp->core[core].instructions;
     return all;
 }
 

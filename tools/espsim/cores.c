@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: MIT
- * Two cores that take turns. The one that is behind works until it is TURN cycles ahead of the other, or
+ * Two cores that take turns. The one that is behind works until it is about 1 us ahead of the other, or
  * something happens. In a turn it sees the memories as the other one has left them. Before it touches a
  * register of a peripheral it waits for the other one, so that these accesses have the order of time. The
  * same program makes the same turns. */
 #include "esp.h"
 
-enum { TURN = 239 }; /* cycles: about 1 us; a prime, so that a loop is not always left at the same place */
+/* Cycles of a turn, about 1 us. It changes, so that a loop is not always left at the same place. */
+enum { TURN = 233, TURNS = 13 };
 
 /* Bits of the S3's CORE_1_CONTROL_0; the ESP32 has a register for each. */
 enum { RUNSTALL = 1, CLOCK = 2, RESET = 4 };
@@ -25,6 +26,7 @@ static void make_current(struct esp *esp, struct cpu *cpu) {
     esp->cpu->cycles = esp->cycles;
     esp->cpu = cpu;
     esp->cycles = cpu->cycles;
+    esp->turns++;
 }
 
 bool cores_turn(struct esp *esp, uint64_t until) {
@@ -39,7 +41,7 @@ bool cores_turn(struct esp *esp, uint64_t until) {
 
 uint64_t cores_limit(const struct esp *esp) {
     const struct cpu *rival = other(esp);
-    return rival->runs && !cpu_sleeps(rival) ? rival->cycles + TURN : NEVER;
+    return rival->runs && !cpu_sleeps(rival) ? rival->cycles + TURN + esp->turns % TURNS : NEVER;
 }
 
 bool cores_wait(struct esp *esp) {
@@ -52,9 +54,10 @@ bool cores_wait(struct esp *esp) {
 
 bool cores_retry(struct esp *esp) {
     const struct cpu *rival = other(esp);
-    if (!rival->runs || rival->cycles + 1 >= esp->cycles)
+    if (esp->in_rom || !rival->runs || rival->cycles + esp->cpu->spent >= esp->cycles)
         return false;
-    esp->cycles--;
+    esp->cycles -= esp->cpu->spent;
+    esp->cpu->instructions--;
     esp->cpu->next = esp->cpu->pc;
     esp->cpu->broken = true;
     esp->limit = 0;

@@ -50,6 +50,7 @@ class Counted(Program):
     """Counts the calls of a function."""
 
     def __init__(self, chip: VirtualChip, kind: Chip, program: Path, job: str, function: str) -> None:
+        chip.timing(False)  # instructions are counted
         super().__init__(chip, kind, program, job, 1000)
         self.calls = Calls()
         self._entry = chip.symbol(function)

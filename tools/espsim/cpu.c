@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * One instruction after the other. The table is instructions.def.
  *
- * Code is decoded once, when it is first executed: a page has a struct op for each of its bytes. The loop
+ * Code is decoded once, when it is first executed: a page has a struct op for each of its bytes. Where it is
+ * (`part`) is looked up when it leaves a page, or a line of the cache. The loop
  * keeps place and time in variables of its own. What is not arithmetic or an access to plain memory sees them
  * in struct cpu and struct esp, and may change them there (SLOW). */
 #include "instruction.h"
@@ -10,6 +11,7 @@
 #include <string.h>
 
 #define NO_LOOP 0xFFFFFFFFu
+#define NO_PART 0xFFFFFFFFu
 
 static const int32_t constants[16] = {-1, 1, 2, 3, 4, 5, 6, 7, 8, 10, 12, 16, 32, 64, 128, 256};
 static const uint32_t unsigned_constants[16] = {32768, 65536, 2,  3,  4,  5,  6,   7,
@@ -75,7 +77,8 @@ static void cpu_wait(struct esp *esp, uint32_t level) {
     (cpu->br = (cpu->br & ~(1u << (number))) | ((uint32_t)(value) & 1u) << (number))
 
 #define LOOP_END() (loop_end = cpu->lcount != 0 && (cpu->ps & PS_EXCM) == 0 ? cpu->lend : NO_LOOP)
-#define PUT_BACK() (cpu->pc = pc, cpu->next = pc + size, cpu->broken = false, esp->cycles = cycles)
+#define PUT_BACK()                                                                                           \
+    (cpu->pc = pc, cpu->next = pc + size, cpu->broken = false, cpu->spent = op->cycles, esp->cycles = cycles)
 #define TAKE()                                                                                               \
     do {                                                                                                     \
         cycles = esp->cycles;                                                                                \
@@ -97,8 +100,10 @@ static void cpu_wait(struct esp *esp, uint32_t level) {
         goto next;                                                                                           \
     }
 #define BRANCH(condition)                                                                                    \
-    if (condition)                                                                                           \
-    GO_TO((uint32_t)IMM)
+    if (condition) {                                                                                         \
+        cycles += esp->taken;                                                                                \
+        GO_TO((uint32_t)IMM)                                                                                 \
+    }
 #define DIVIDE(value)                                                                                        \
     if (AT == 0)                                                                                             \
         SLOW(cpu_exception(esp, CAUSE_DIVIDE));                                                              \
@@ -120,11 +125,15 @@ static void cpu_wait(struct esp *esp, uint32_t level) {
 /* Plain memory: the page has bytes for it, and it does not cross the page's end. */
 #define PLAIN(table, address, count)                                                                         \
     ((host = esp->table[(address) >> PAGE_BITS]) != NULL && ((address) & (PAGE - 1)) <= PAGE - (count))
+/* Cached flash whose line is there. */
+#define CACHED(table, address, count)                                                                        \
+    ((host = lines[(address) >> PAGE_BITS]) != NULL && host[((address) & (PAGE - 1)) / GRAIN] &&             \
+     PLAIN(table, address, count))
 #define LOAD(table, where, count, type, to)                                                                  \
     do {                                                                                                     \
         const uint32_t address = (where);                                                                    \
         const uint8_t *host;                                                                                 \
-        if (__builtin_expect(PLAIN(table, address, count), 1)) {                                             \
+        if (__builtin_expect(PLAIN(plain_##table, address, count), 1) || CACHED(table, address, count)) {    \
             type value;                                                                                      \
             memcpy(&value, host + (address & (PAGE - 1)), sizeof value);                                     \
             (to) = (uint32_t)value;                                                                          \
@@ -170,12 +179,19 @@ void cpu_forget(struct esp *esp, uint32_t address, size_t count) {
     }
 }
 
+void cpu_forget_all(struct esp *esp) {
+    for (uint32_t page = 0; page < PAGES; page++)
+        if (esp->code[page] != NULL)
+            memset(esp->code[page], 0, PAGE * sizeof **esp->code);
+}
+
 /* An op that is not decoded, or that leaves the loop. @return false: it leaves */
 static bool prepare(struct esp *esp, struct op *op, uint32_t pc) {
     uint32_t word;
     if (esp->stops && pc == esp->stop_at && !esp->passes) {
         *op = (struct op){.kind = OP_PLACE};
         esp->stop = ES_PLACE;
+        esp->limit = 0;
         return false;
     }
     if (rom_has(esp, pc)) {
@@ -191,39 +207,56 @@ static bool prepare(struct esp *esp, struct op *op, uint32_t pc) {
         return false;
     }
     decode(op, word, pc);
+    op->cycles = (uint8_t)pipeline_cycles(esp, op, pc);
     return true;
+}
+
+/* @return false: the line of the cache was not there. It is now, or the other core comes first: limit */
+static bool is_there(struct esp *esp, uint32_t pc, uint8_t *const *lines) {
+    const uint8_t *there = lines[pc >> PAGE_BITS];
+    if (there == NULL || there[(pc & (PAGE - 1)) / GRAIN])
+        return true;
+    if (!cores_wait(esp))
+        cache_miss(esp, pc);
+    return false;
 }
 
 void cpu_run(struct esp *esp) {
     struct cpu *cpu = esp->cpu;
     uint32_t *const a = cpu->a;
-    uint64_t cycles, limit;
-    uint32_t pc = cpu->pc, loop_end, page = pc >> PAGE_BITS;
-    struct op *ops = decoded_page(esp, page);
-    unsigned room;
+    uint8_t *const *const lines = esp->lines[cpu->number];
+    uint64_t cycles, limit, count = 0;
+    uint32_t pc = cpu->pc, loop_end, part = NO_PART;
+    unsigned room, part_bits = PAGE_BITS;
+    struct op *ops = NULL;
     TAKE();
     while (cycles < limit) {
-        if (__builtin_expect(pc >> PAGE_BITS != page, 0)) {
-            page = pc >> PAGE_BITS;
-            ops = decoded_page(esp, page);
+        if (__builtin_expect(pc >> part_bits != part, 0)) {
+            esp->cycles = cycles;
+            const bool is_here = is_there(esp, pc, lines);
+            TAKE();
+            if (!is_here)
+                continue;
+            part_bits = lines[pc >> PAGE_BITS] != NULL ? esp->cache[CACHE_CODE].line_bits : PAGE_BITS;
+            part = pc >> part_bits;
+            ops = decoded_page(esp, pc >> PAGE_BITS);
         }
         struct op *op = &ops[pc & (PAGE - 1)];
     again:;
         const uint32_t size = op->size;
-        cycles++;
+        cycles += op->cycles;
+        count++;
         if (__builtin_expect(op->top > room, 0))
             SLOW(window_overflow(esp, op->top));
         switch (op->kind) {
         case OP_NONE:
         case OP_PLACE:
         case OP_ROM:
-            cycles--;
+            count--;
             PUT_BACK();
             if (!prepare(esp, op, pc)) {
                 pc = cpu->next;
                 TAKE();
-                if (esp->stop != ES_TIME)
-                    limit = 0;
                 continue;
             }
             goto again;
@@ -245,5 +278,6 @@ void cpu_run(struct esp *esp) {
     next:;
     }
     cpu->pc = pc;
+    cpu->instructions += count;
     esp->cycles = cycles;
 }

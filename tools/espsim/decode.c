@@ -9,6 +9,10 @@ static const uint8_t registers_of[KINDS] = {
 #undef OP
 };
 
+unsigned decode_registers(unsigned kind) {
+    return registers_of[kind];
+}
+
 static int32_t extended(uint32_t value, unsigned bits) {
     return (int32_t)(value << (32 - bits)) >> (32 - bits);
 }
@@ -43,8 +47,8 @@ static void decode_return(struct op *op, uint32_t word) { /* RFEI */
 }
 
 static void decode_st0(struct op *op, uint32_t word) {
-    static const uint8_t syncs[16] = {[0] = OP_NOP, [1] = OP_NOP,  [2] = OP_NOP,  [3] = OP_NOP,
-                                      [8] = OP_NOP, [12] = OP_NOP, [13] = OP_NOP, [15] = OP_NOP};
+    static const uint8_t syncs[16] = {[0] = OP_NOP, [1] = OP_NOP,   [2] = OP_NOP,   [3] = OP_NOP,
+                                      [8] = OP_NOP, [12] = OP_MEMW, [13] = OP_MEMW, [15] = OP_NOP};
     static const uint8_t kinds[16] = {[1] = OP_MOVSP, [4] = OP_BREAK, [6] = OP_RSIL,  [7] = OP_WAITI,
                                       [8] = OP_ANY4,  [9] = OP_ALL4,  [10] = OP_ANY8, [11] = OP_ALL8};
     if (FIELD_R == 0)
@@ -301,8 +305,12 @@ static uint8_t top_of(const struct op *op) {
 }
 
 void decode(struct op *op, uint32_t word, uint32_t pc) {
-    *op = (struct op){
-        .size = 3, .kind = OP_UNKNOWN, .r = (uint8_t)FIELD_R, .s = (uint8_t)FIELD_S, .t = (uint8_t)FIELD_T};
+    *op = (struct op){.size = 3,
+                      .cycles = 1,
+                      .kind = OP_UNKNOWN,
+                      .r = (uint8_t)FIELD_R,
+                      .s = (uint8_t)FIELD_S,
+                      .t = (uint8_t)FIELD_T};
     word &= FIELD_OP0 >= 8 ? 0xFFFFu : 0xFFFFFFu;
     switch (FIELD_OP0) {
     case 0:

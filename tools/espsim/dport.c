@@ -56,6 +56,8 @@ static uint32_t cache_load(struct esp *esp, uint32_t offset) {
 
 static void set_cache(struct esp *esp, unsigned core, uint32_t value) {
     esp->cache_control[core] = value & FLUSH ? value | FLUSH_DONE : value & ~(uint32_t)FLUSH_DONE;
+    if ((value & FLUSH) != 0)
+        cache_flush(esp, core);
     if (core == 0)
         mmu_show(esp, (value & CACHE_ENABLE) != 0);
 }

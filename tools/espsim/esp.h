@@ -2,7 +2,7 @@
  * The inside of the virtual chip, for the files of this folder only.
  *
  *   cpu.c        the loop over decoded instructions; instructions.def is its table
- *   decode.c     bytes -> struct op
+ *   decode.c     bytes -> struct op; pipeline.c: its cycles
  *   window.c     register windows: overflow, underflow, entry, retw
  *   exception.c  exceptions, interrupts, reset
  *   special.c    special and user registers
@@ -13,6 +13,7 @@
  *   digest.c     MD5, CRC-32
  *   rom.c        functions of the boot ROM, done by this computer; rom_text.c, rom_system.c: what they do
  *   flash.c mmu.c spi.c   the flash chip, its pages in the address space, its commands
+ *   cache.c      which of its lines the caches have
  *   dport.c      caches on and off; registers that only keep what is written
  *   watchdog.c rtc.c   what resets the chip
  *   systimer.c   the S3's system timer
@@ -57,6 +58,14 @@ enum {
     EFUSE_WORDS = 128,
     KEPT = 24,
     KEPT_WORDS = 1024,
+    CACHES = 2,
+    CACHE_CODE = 0, /* of the S3 */
+    CACHE_DATA = 1,
+    CACHE_LINES = 4096,
+    CACHE_SETS = 1024,
+    GRAIN = 16, /* bytes; the shortest line */
+    TAKEN = 2,  /* cycles of a jump, and of a branch that is taken, but for its own */
+    BUS = 12,   /* cycles of an access to a register of a peripheral */
 };
 
 /* PS */
@@ -125,7 +134,10 @@ struct cpu {
     unsigned number;
     bool runs;       /* it has a clock, is out of reset, and nothing stalls it */
     uint64_t cycles; /* its time, while the other one runs */
-    uint64_t idle;   /* cycles of it that are no instructions */
+    uint64_t idle;   /* cycles of it in which it waits for an interrupt, or has no clock */
+    uint64_t instructions, misses, missing; /* missing: cycles of the misses */
+    uint64_t bus_free;                      /* its last access to a register has ended */
+    unsigned spent;                         /* cycles of the present instruction */
     struct rom_work rom_work[ROM_DEPTH];
     unsigned rom_depth;
     uint64_t began[LEVELS];
@@ -136,6 +148,7 @@ struct op {
     uint8_t kind, size; /* size: bytes */
     uint8_t top;        /* the greatest register it uses, in fours: 0 .. 3 */
     uint8_t r, s, t;
+    uint8_t cycles;
     uint16_t other;
     int32_t imm; /* operand, distance, or the address it goes to */
 };
@@ -232,6 +245,13 @@ struct mmu {
     struct op **waiting; /* of each page: its instructions, while the cache is off */
 };
 
+/* Lines by their addresses; 0: none. @param oldest  way of a set that is replaced next */
+struct cache {
+    unsigned line_bits, ways, sets;
+    uint32_t tag[CACHE_LINES];
+    uint8_t oldest[CACHE_SETS];
+};
+
 struct spi {
     uint32_t word[256];
 };
@@ -271,7 +291,9 @@ struct esp {
     enum es_chip chip;
     struct cpu core[CORES], *cpu; /* cpu: the one that runs */
     uint64_t cycles, limit, next_event;
-    bool look; /* who interrupts, or when something happens next, may have changed */
+    unsigned turns;
+    bool in_rom; /* a function of the boot ROM works, which is not repeated */
+    bool look;   /* who interrupts, or when something happens next, may have changed */
     enum es_stop stop;
     char fault[256];
     uint32_t stop_at;
@@ -281,8 +303,10 @@ struct esp {
     unsigned memory_count;
     struct block block[BLOCKS];
     unsigned block_count;
-    uint8_t **read, **write, **words; /* of each page: its bytes, where such an access is plain */
-    struct op **code;                 /* of each page: its instructions, one for each byte */
+    uint8_t **read, **write, **words;    /* of each page: its bytes, where such an access is possible */
+    uint8_t **plain_read, **plain_words; /* where it costs nothing, too: no cached flash */
+    uint8_t **lines[CORES], *line_flags[CORES];
+    struct op **code; /* of each page: its instructions, one for each byte */
 
     struct gpio gpio;
     struct timer_group group[2];
@@ -300,6 +324,10 @@ struct esp {
     struct flash flash;
     struct mmu mmu;
     struct spi spi[2];
+    struct cache cache[CACHES];
+    bool timed;                    /* es_timing() */
+    unsigned taken;                /* TAKEN, or 0 */
+    uint64_t flash_free, bus_free; /* no line comes; no core accesses a register */
     uint32_t cache_control[CORES], kept[KEPT][KEPT_WORDS];
 
     struct shift shift;
@@ -351,14 +379,18 @@ void cores_create(struct esp *esp);
 bool cores_turn(struct esp *esp, uint64_t until); /* esp->cpu becomes the core that is behind */
 uint64_t cores_limit(const struct esp *esp);      /* how far it may go before the other one follows */
 bool cores_wait(struct esp *esp);  /* the other core is behind: end the turn. @return whether it is */
-bool cores_retry(struct esp *esp); /* the same in an instruction, which is then for a later turn */
+bool cores_retry(struct esp *esp); /* the same in an instruction, which is then for a later turn;
+                                     not in a function of the boot ROM, which has waited */
 void cores_reset_app(struct esp *esp);
 void cores_hold(struct esp *esp); /* what lets core 1 run may have changed */
 
 /* cpu.c */
 void cpu_run(struct esp *esp);
 void cpu_forget(struct esp *esp, uint32_t address, size_t count); /* code there has changed */
-/* decode.c */
+void cpu_forget_all(struct esp *esp);
+/* decode.c, pipeline.c */
+unsigned decode_registers(unsigned kind); /* IR, IS, IT: fields that name address registers */
+unsigned pipeline_cycles(struct esp *esp, const struct op *op, uint32_t pc);
 void decode(struct op *op, uint32_t word, uint32_t pc);
 /* window.c */
 unsigned window_room(const struct cpu *cpu); /* registers that are free, in fours: 0 .. 3 */
@@ -406,6 +438,15 @@ const char *bus_missing(const struct esp *esp, uint32_t address,
                         const char *otherwise);                            /* why there is nothing */
 uint8_t *bus_bytes(const struct esp *esp, uint32_t address, size_t count); /* NULL: no memory has them all */
 bool bus_has(const struct esp *esp, uint32_t address, size_t count);       /* some memories have */
+/* cache.c */
+bool cache_create(struct esp *esp);
+void cache_destroy(struct esp *esp);
+void cache_reset(struct esp *esp);
+/** A line comes. The core has waited for the other one: cores_wait(), cores_retry(). */
+void cache_miss(struct esp *esp, uint32_t address);
+void cache_flush(struct esp *esp, unsigned number); /* a core's of the ESP32; CACHE_CODE, CACHE_DATA */
+void cache_invalidate(struct esp *esp, unsigned number, uint32_t from, uint32_t size);
+bool cache_configure(struct esp *esp, unsigned number, uint32_t size, uint32_t ways, uint32_t line);
 /* flash.c, mmu.c, spi.c */
 bool flash_create(struct esp *esp, size_t size);
 bool flash_is_busy(const struct esp *esp);
@@ -420,6 +461,10 @@ bool mmu_has(const struct esp *esp, uint32_t address);          /* flash may be 
 void mmu_show(struct esp *esp, bool visible);                   /* the cache is turned on or off */
 void mmu_changed(struct esp *esp, uint32_t at, uint32_t count); /* bytes of the flash */
 void spi_create(struct esp *esp);
+/** As the bootloader sets SPI0 up. @param header  of an image: mode in its byte 2, frequency in byte 3 */
+void spi_configure(struct esp *esp, const uint8_t *header);
+void spi_set_divider(struct esp *esp, uint32_t divider, uint32_t number);
+uint64_t spi_line_cycles(const struct esp *esp, unsigned bytes); /* until SPI0 has read them */
 void dport_create(struct esp *esp);
 void dport_cache(struct esp *esp, unsigned core, bool on); /* of the ESP32 */
 /* load.c, boot.c */

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * A virtual ESP32 or ESP32-S3: both cores, and the peripherals that the step engine uses.
  *
- * Instruction-exact, not cycle-exact: every instruction takes one cycle of 1/240 us, and time goes from event
- * to event. One thread a chip; many chips may live in one process. Whatever is not emulated stops the chip
- * with ES_FAULT and a sentence that names the address and the function. */
+ * Instruction-exact, not cycle-exact: an instruction takes the cycles of a model (es_timing()) of 1/240 us,
+ * and time goes from event to event. One thread a chip; many chips may live in one process. Whatever is not
+ * emulated stops the chip with ES_FAULT and a sentence that names the address and the function. */
 #ifndef WIFICNC_ESPSIM_H
 #define WIFICNC_ESPSIM_H
 
@@ -34,6 +34,10 @@ void es_destroy(struct esp *esp);
  * es_boot() starts. Register windows are as after a reset.
  * @return false: es_fault() is what is wrong, and nothing was loaded */
 bool es_load(struct esp *esp, const uint8_t *bytes, size_t count);
+
+/** Whether instructions cost what the model of pipeline, caches and bus says, as at first; else each takes
+ * one cycle. Before anything runs. */
+void es_timing(struct esp *esp, bool on);
 
 /** Let it work until this cycle. */
 enum es_stop es_run(struct esp *esp, uint64_t until_cycle);
@@ -163,5 +167,14 @@ struct es_level {
     uint64_t count, cycles, most;
 };
 void es_level(const struct esp *esp, unsigned level, struct es_level *out);
+
+/** What a core has done since es_create(). */
+struct es_core {
+    uint64_t cycles, idle; /* idle: of them, while it waited for an interrupt or had no clock */
+    uint64_t instructions;
+    uint64_t misses, missing; /* of the caches; cycles for which it waited for them */
+};
+/** @param core  0 or 1 */
+void es_core(const struct esp *esp, unsigned core, struct es_core *out);
 
 #endif

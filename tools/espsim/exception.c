@@ -17,6 +17,7 @@ void cpu_vector(struct esp *esp, uint32_t offset) {
     esp->cpu->next = esp->cpu->vecbase + offset;
     esp->cpu->broken = true;
     esp->cpu->waits = false;
+    esp->cycles += esp->taken;
 }
 
 static void user_or_kernel(struct esp *esp, enum cause cause, uint32_t from) {
@@ -135,6 +136,9 @@ void cpu_reset(struct esp *esp, struct cpu *cpu) {
     cpu->runs = before.runs;
     cpu->cycles = before.cycles;
     cpu->idle = before.idle;
+    cpu->instructions = before.instructions;
+    cpu->misses = before.misses;
+    cpu->missing = before.missing;
     cpu->ps = PS_LEVEL | PS_EXCM;
     cpu->window_start = 1;
     cpu->vecbase = 0x40000000u;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Flash in the address space: pages of 64 KB by a table, for as long as the cache is on. There is no cache:
- * what it holds is always right, and costs nothing. The S3 has one table for both buses; of the ESP32's two,
+ * Flash in the address space: pages of 64 KB by a table, for as long as the cache is on. What the caches hold
+ * is always right; cache.c knows what it costs. The S3 has one table for both buses; of the ESP32's two,
  * core 0's is what both cores see. */
 #include "esp.h"
 
@@ -42,6 +42,8 @@ static bool is_code(uint32_t address) {
 static void show_page(struct esp *esp, uint32_t page, uint8_t *bytes, bool code) {
     esp->words[page] = bytes;
     esp->read[page] = code ? NULL : bytes;
+    esp->plain_words[page] = esp->timed ? NULL : bytes;
+    esp->plain_read[page] = esp->timed || code ? NULL : bytes;
     if (!code)
         return;
     struct op **waiting = &esp->mmu.waiting[page];

@@ -71,6 +71,7 @@ class Program:
         self.chip, self.board = chip, load_board(board or BOARDS[kind])
         vectors = bare.PLACES[kind].vectors
         self.step_interrupt = Level()  # after run()
+        self.misses = 0  # of the core of the steps, likewise
         stack_end = self._load(program, image)
         self._wire()
         chip.write(vectors, c.window_vectors())
@@ -119,6 +120,7 @@ class Program:
             self._work(CPU_HZ // 20)
             if self.number("done"):
                 self.step_interrupt = self.chip.interrupts(5)
+                self.misses = self.chip.core(self.number("two_cores")).misses
                 return
         raise TimeoutError(self.answers())
 

@@ -216,6 +216,7 @@ void rom_call(struct esp *esp) {
         put(esp, 0, answer->value);
         cpu->next = (back & 0x3FFFFFFFu) | (cpu->pc & 0xC0000000u);
         esp->cycles++;
+        cpu->instructions++;
         return;
     }
     if (function == NULL) {
@@ -229,10 +230,13 @@ void rom_call(struct esp *esp) {
     const uint64_t room = esp->limit > esp->cycles ? esp->limit - esp->cycles : 0;
     const uint64_t spent = work->left < room ? work->left : room;
     esp->cycles += spent;
+    cpu->instructions += spent;
     work->left -= spent;
     if (work->left != 0 || cores_wait(esp))
         return;
     esp->cpu->rom_depth--;
     cpu->next = (back & 0x3FFFFFFFu) | (cpu->pc & 0xC0000000u);
+    esp->in_rom = true;
     function->call(esp);
+    esp->in_rom = false;
 }

@@ -58,6 +58,7 @@ void rom_analog_store(struct esp *esp, uint32_t block, uint32_t reg, uint32_t hi
 uint32_t rom_set_level(struct esp *esp, uint32_t level);
 void rom_unmap_all(struct esp *esp, uint32_t core);
 uint32_t rom_map_flash(struct esp *esp, uint32_t core, uint32_t address, uint32_t place, uint32_t count);
+void rom_invalidate_s3(struct esp *esp, uint32_t from, uint32_t size);
 void rom_cache_s3(struct esp *esp, unsigned bit, bool on);
 uint32_t rom_flash_status(struct esp *esp, uint32_t to, uint32_t code);
 uint32_t rom_flash_read(struct esp *esp, uint32_t from, uint32_t to, uint32_t count);

@@ -155,6 +155,11 @@ void rom_cache_s3(struct esp *esp, unsigned bit, bool on) {
     mmu_show(esp, *off == 0);
 }
 
+void rom_invalidate_s3(struct esp *esp, uint32_t from, uint32_t size) {
+    cache_invalidate(esp, CACHE_CODE, from, size);
+    cache_invalidate(esp, CACHE_DATA, from, size);
+}
+
 /* ---- flash ---- */
 
 /* @return 0: done */

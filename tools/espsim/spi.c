@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * SPI1, which sends commands to the flash chip, and SPI0, which is the caches' and has only registers here. A
- * command takes as long as its bits at 40 MHz, on one line. */
+ * SPI1, which sends commands to the flash chip: they take as long as their bits at 40 MHz, on one line. SPI0
+ * reads for the caches: its registers say by how many lines and how fast. */
 #include "esp.h"
 
 #include <string.h>
@@ -132,9 +132,63 @@ static void store1(struct esp *esp, uint32_t offset, uint32_t value) {
         *at(&esp->spi[1], offset) = value;
 }
 
+/* ---- SPI0 reads lines for the caches ---- */
+
+/* CTRL, and codes of modes in an image's header. */
+enum { QIO_BIT = 24, DIO_BIT = 23, QUAD_BIT = 20, DUAL_BIT = 14, FAST_BIT = 13, CTRL = 0x08 };
+enum { QIO, QOUT, DIO, DOUT, FAST_READ, SLOW_READ, MODES };
+enum { HALF_CYCLES_OF_80_MHZ = 6, AS_SYSTEM = 31 };
+
+/* Clocks before the first bit of data, and lines of data: commands EBh, 6Bh, BBh, 3Bh, 0Bh, 03h of the flash
+ * chips (data sheet of W25Q32JV). */
+static const struct {
+    uint8_t before, lines, bit;
+} modes[MODES] = {{8 + 6 + 2 + 4, 4, QIO_BIT}, {8 + 24 + 8, 4, QUAD_BIT}, {8 + 12 + 4, 2, DIO_BIT},
+                  {8 + 24 + 8, 2, DUAL_BIT},   {8 + 24 + 8, 1, FAST_BIT}, {8 + 24, 1, 0}};
+
+static uint32_t *clock_of(struct esp *esp, unsigned number) {
+    return at(&esp->spi[number], esp->chip == ES_ESP32 ? 0x18 : 0x14);
+}
+
+void spi_set_divider(struct esp *esp, uint32_t divider, uint32_t number) {
+    const unsigned place = esp->chip == ES_ESP32 ? 12 : 16;
+    if (number < 2)
+        *clock_of(esp, number) = divider <= 1 ? 1u << AS_SYSTEM : (divider - 1) << place;
+}
+
+void spi_configure(struct esp *esp, const uint8_t *header) {
+    enum { AT_40_MHZ, AT_26_MHZ, AT_20_MHZ, AT_80_MHZ = 15 };
+    const unsigned mode = header[2] < MODES ? header[2] : DIO, frequency = header[3] & 15;
+    *at(&esp->spi[0], CTRL) = modes[mode].bit == 0 ? 0 : 1u << modes[mode].bit | 1u << FAST_BIT;
+    spi_set_divider(esp, frequency == AT_80_MHZ ? 1 : frequency + 2, 0);
+}
+
+/* Halves of a cycle that a bit takes: the S3 divides 80, 120, 160 or 240 MHz. */
+static uint64_t half_cycles_of_clock(const struct esp *esp) {
+    static const uint8_t of_source[4] = {6, 4, 3, 2};
+    const struct spi *spi = &esp->spi[0];
+    const uint32_t clock = *clock_of((struct esp *)esp, 0);
+    if (esp->chip == ES_ESP32)
+        return (clock >> AS_SYSTEM) != 0
+                   ? HALF_CYCLES_OF_80_MHZ
+                   : HALF_CYCLES_OF_80_MHZ * ((clock >> 18 & 0x1FFF) + 1) * ((clock >> 12 & 63) + 1);
+    const uint32_t source = of_source[spi->word[0xEC / 4] & 3];
+    return (clock >> AS_SYSTEM) != 0 ? source : source * ((clock >> 16 & 255) + 1);
+}
+
+uint64_t spi_line_cycles(const struct esp *esp, unsigned bytes) {
+    const uint32_t control = esp->spi[0].word[CTRL / 4];
+    unsigned mode = QIO;
+    while (mode != SLOW_READ && (control >> modes[mode].bit & 1) == 0)
+        mode++;
+    return (modes[mode].before + 8 * bytes / modes[mode].lines) * half_cycles_of_clock(esp) / 2;
+}
+
 void spi_create(struct esp *esp) {
+    static const uint8_t usual[2][4] = {{0, 0, DIO, 0}, {0, 0, DIO, 15}};
     const bool is_s3 = esp->chip == ES_ESP32S3;
     memset(esp->spi, 0, sizeof esp->spi);
+    spi_configure(esp, usual[esp->chip]);
     bus_add(esp, &(struct block){"SPI1", is_s3 ? 0x60002000 : 0x3FF42000, 0x400, load1, store1, NULL});
     bus_add(esp, &(struct block){"SPI0", is_s3 ? 0x60003000 : 0x3FF43000, 0x400, load0, store0, NULL});
 }

@@ -23,6 +23,7 @@ from wificnc.flash.plan import (
 )
 from wificnc.flash.table import table_bytes, table_rows
 
+HEADER, SEGMENT_HEADER = 24, 8
 DESCRIPTION = 32  # esp_app_desc_t, at the beginning of the first segment
 PROJECT_AT, ELF_HASH_AT, HASH = 48, 144, 32  # in it
 RADIO_MARK = b"WiFiCNC radio 1\0"  # targets/esp32/net/wifi.c; behind it the address of esp_wifi_init
@@ -92,6 +93,7 @@ def _merged(path: Path, flash: bytes, board: Board) -> EspImage:
         raise UserError(f"{path}: its partition table has no {'nvs' if app else 'application'}: not a WiFiCNC image")
     if header[:1] == bytes((IMAGE_MAGIC,)) and flash[app.offset : app.offset + 1] == bytes((IMAGE_MAGIC,)):
         _check_project(path, flash[app.offset :], board)
+        _check_end(path, flash[app.offset :], "its application")
     size = (image_flash_mb(header) or 4) << 20
     return EspImage(path, flash, size, True, (nvs.offset, nvs.size), *_names(path, flash[app.offset :]))
 
@@ -106,6 +108,7 @@ def _application(path: Path, data: bytes, board: Board) -> EspImage:
         hint = f"an encrypted image cannot be run; `wificnc build {board.id}` makes one that can"
         raise UserError(f"{path} is not an image of an ESP32: {why}", hint=hint)
     _check_project(path, data, board)
+    _check_end(path, data, "it")
     partitions = read_partitions(_partitions())
     slot, nvs = partitions["ota_0"], partitions["nvs"]
     flash = bytearray(b"\xff" * slot.offset)
@@ -130,6 +133,19 @@ def _check_project(path: Path, app: bytes, board: Board) -> None:
         )
     if magic == APP_MAGIC and project != PROJECT:
         raise UserError(f"{path} is not a WiFiCNC firmware, but {project!r}")
+
+
+def _check_end(path: Path, app: bytes, what: str) -> None:
+    """That it does not end in a segment: what follows in flash would be taken for the rest."""
+    at, count = HEADER, app[1]
+    for number in range(1, count + 1):
+        end = at + SEGMENT_HEADER + (struct.unpack_from("<I", app, at + 4)[0] if at + SEGMENT_HEADER <= len(app) else 0)
+        if end > len(app):
+            where = f"in segment {number} of {count}"
+            raise UserError(
+                f"{path} is damaged: {what} ends after {len(app)} bytes, {where}", hint="build or download it again"
+            )
+        at = end
 
 
 def _partitions() -> str:

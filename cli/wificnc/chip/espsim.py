@@ -57,6 +57,12 @@ class Edge(Structure):
     _fields_ = (("cycle", c_uint64), ("pin", c_uint8), ("level", c_uint8))
 
 
+class Core(Structure):
+    """struct es_core"""
+
+    _fields_ = tuple((name, c_uint64) for name in ("cycles", "idle", "instructions", "misses", "missing"))
+
+
 class Level(Structure):
     """struct es_level, cycles"""
 
@@ -67,6 +73,7 @@ PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "es_create": (_CHIP, (c_int,)),
     "es_destroy": (None, (_CHIP,)),
     "es_load": (c_bool, (_CHIP, c_char_p, c_size_t)),
+    "es_timing": (None, (_CHIP, c_bool)),
     "es_run": (c_int, (_CHIP, c_uint64)),
     "es_stop_at": (None, (_CHIP, c_uint32)),
     "es_cycles": (c_uint64, (_CHIP,)),
@@ -105,6 +112,7 @@ PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "es_run_bootloader": (None, (_CHIP, c_bool)),
     "es_cut_power": (None, (_CHIP, c_uint32, c_int)),
     "es_level": (None, (_CHIP, c_uint, POINTER(Level))),
+    "es_core": (None, (_CHIP, c_uint, POINTER(Core))),
 }
 
 
@@ -143,6 +151,10 @@ class VirtualChip:
         """An ELF file, or an image of ESP-IDF. Raises ChipFault."""
         if not self._library.es_load(self._chip, program, len(program)):
             raise ChipFault(self.fault)
+
+    def timing(self, on: bool) -> None:
+        """Whether instructions cost what the model says, as at first, or each a cycle. Before anything runs."""
+        self._library.es_timing(self._chip, on)
 
     @property
     def cycles(self) -> int:
@@ -337,6 +349,12 @@ class VirtualChip:
         self._library.es_run_bootloader(self._chip, bootloader)
         if not self._library.es_boot(self._chip):
             raise ChipFault(self.fault)
+
+    def core(self, number: int) -> Core:
+        """What a core has done so far."""
+        measured = Core()
+        self._library.es_core(self._chip, number, ctypes.byref(measured))
+        return measured
 
     def interrupts(self, level: int) -> Level:
         """What the interrupts of a level have taken, from their vector to RFI."""

@@ -1,0 +1,111 @@
+"""What the step interrupt and both cores of the virtual ESP32 take, with the model of caches and pipeline: a part of
+`make bench-chip`."""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from espsim.program import BOARDS, Program, build
+from numpy.typing import NDArray
+from wificnc.chip.espsim import CPU_HZ, Chip, Core, Level, VirtualChip
+from wificnc.sim.run import SimOptions, simulate
+from xtensa import windows
+from xtensa.toolchain import NoToolchainError, find_toolchain
+
+METHOD = """
+Our core, step engine and both tasks' loops on both cores of the virtual chip, without FreeRTOS and ESP-IDF, flash by
+DIO at 40 MHz (ESP32) and 80 MHz (ESP32-S3). Late: of each step from the PC's simulation, after the median latency;
+milliseconds are motion that has braked, as the task side was late. Misses: time in which core 0 waits for flash."""
+
+STEPS_PER_MM = 250
+RATES = (25_000, 50_000, 100_000, 150_000, 200_000, 250_000)
+JOBS = {
+    "one axis, 83 mm/s": "G91G0X30",
+    "diagonal of four axes": "G91G1X10Y7Z3A1F2000\nX-10Y-7Z-3A-1",
+    "two arcs": "G2X10Y0I5J0F1500\nG3X0Y0I-5J0",
+    "chords of 0.1 mm": "G91\n" + "\n".join(f"G1X0.1Y{(-1) ** n * 0.01}F1500" for n in range(150)),
+}
+USUAL = tuple(f"${base + axis}={value}" for base, value in ((110, 5000), (120, 500)) for axis in range(4))
+
+
+@dataclass(frozen=True)
+class Ran:
+    interrupt: Level
+    cores: tuple[Core, Core]
+    late_us: NDArray[np.float64]  # empty: other step events than the PC's
+    seconds: float  # from the first step to the last
+
+    @property
+    def latest(self) -> str:
+        return f"{self.late_us.max():10.2f} us" if len(self.late_us) else "other events"
+
+
+def fast_settings(rate: int) -> tuple[str, ...]:
+    return ("$0=2", f"$100={STEPS_PER_MM}", f"$110={rate * 60 // STEPS_PER_MM}", "$120=5000")
+
+
+def fast_job(rate: int) -> str:
+    """Long enough to reach this rate and keep it for 0.1 s."""
+    speed_mm_s = rate / STEPS_PER_MM
+    return f"G91G0X{speed_mm_s * speed_mm_s / 5000 + 0.1 * speed_mm_s:.2f}"
+
+
+def run(kind: Chip, program: Path, settings: tuple[str, ...], lines: str) -> Ran:
+    with tempfile.TemporaryDirectory() as folder:
+        job, trace = Path(folder) / "job.nc", Path(folder) / "trace.csv"
+        job.write_text(lines + "\n")
+        simulate(SimOptions(file=job, board=BOARDS[kind], settings=settings, trace=trace))
+        pc = np.loadtxt(trace, delimiter=",", skiprows=1, usecols=(0, 1), dtype=np.int64, ndmin=2)
+    with VirtualChip(kind) as chip:
+        running = Program(chip, kind, program, "\n".join((*settings, lines)) + "\n", 1000, two_cores=True)
+        running.run(60)
+        steps, cores = running.steps(), (chip.core(0), chip.core(1))
+    times_us = (steps[:, 0] - steps[0, 0]) * 1e6 / CPU_HZ
+    late_us = np.zeros(0)
+    if len(steps) == len(pc):
+        late_us = times_us - (pc[:, 0] - pc[0, 0]) / 1000
+        late_us = np.abs(late_us - np.median(late_us))
+    return Ran(running.step_interrupt, cores, late_us, times_us[-1] / 1e6)
+
+
+def show_jobs(kind: Chip, program: Path) -> None:
+    print(f"\n  {kind.name:26} {'cycles a step interrupt':>24} {'core 0':>8} {'misses':>8} {'core 1':>8} {'late':>10}")
+    for name, lines in JOBS.items():
+        ran = run(kind, program, USUAL, lines)
+        load = [100 * (1 - core.idle / core.cycles) for core in ran.cores]
+        missing = 100 * ran.cores[0].missing / ran.cores[0].cycles
+        print(
+            f"  {name:26} {ran.interrupt.cycles / ran.interrupt.count:10.0f}, most {ran.interrupt.most:6} "
+            f"{load[0]:7.1f} % {missing:5.1f} % {load[1]:6.1f} % {ran.latest:>14}"
+        )
+
+
+def show_rates(kind: Chip, program: Path) -> None:
+    print(f"\n  {kind.name:26} {'latest':>14} {'step interrupt':>16}")
+    for rate in RATES:
+        ran = run(kind, program, fast_settings(rate), fast_job(rate))
+        load = 100 * ran.interrupt.cycles / (ran.seconds * CPU_HZ)
+        print(f"  {rate:8} steps/s           {ran.latest:>14} {load:14.1f} %")
+
+
+def main() -> None:
+    print(METHOD)
+    try:
+        tools = find_toolchain()
+    except NoToolchainError as err:
+        print(f"  not measured: {err}")
+        return
+    if said := windows.missing(tools):
+        print(f"  not measured: {said}")
+        return
+    for kind in Chip:
+        program = build(tools, kind)
+        show_jobs(kind, program)
+        show_rates(kind, program)
+
+
+if __name__ == "__main__":
+    main()
