@@ -75,6 +75,7 @@ def sim(job: Path, *options: object) -> int:
     return wificnc("sim", job, "--board", BOARD, *options)
 
 
+@pytest.mark.usefixtures("cycle_each")
 def test_a_job_makes_the_hosts_steps(build: Path, job: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert sim(job, "--on-chip", build, "--set", "$110=3000", "--set", "$120=500") == Exit.OK
     said = capsys.readouterr().out
@@ -94,6 +95,7 @@ def test_files_of_a_release(
     assert "the same steps" in capsys.readouterr().out
 
 
+@pytest.mark.usefixtures("cycle_each")
 def test_step_events_as_the_host_writes_them(build: Path, job: Path, tmp_path: Path) -> None:
     """The same columns; times from the first step, to a tick of 50 ns."""
     job.write_text("G21G91\nG1X2Y1F1500\n")

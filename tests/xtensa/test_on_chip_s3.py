@@ -33,6 +33,7 @@ def build(tools: Toolchain, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return talking.make_folder(folder, elf, talking.application(elf, kind=KIND), kind=KIND)
 
 
+@pytest.mark.usefixtures("cycle_each")
 def test_a_job_makes_the_hosts_steps(build: Path, job: Path, capsys: pytest.CaptureFixture[str]) -> None:
     options = ("--board", BOARD, "--on-chip", build, "--set", "$110=3000", "--set", "$120=500")
     assert wificnc("sim", job, *options) == Exit.OK
