@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from xtensa.isr import STEP, Program, longest_path, placed_in_ram, violations
+from xtensa.isr import STEP, Program, in_flash, longest_path, placed_in_ram, violations
 
 
 def read(*functions: str, file: str = "targets/esp32/x.c") -> Program:
@@ -131,3 +131,17 @@ def test_linker_fragments_are_read() -> None:
         "[mapping:x]\narchive: libx.a\nentries:\n    isr (noflash)\n    machine:place (noflash)\n    other (default)\n"
     )
     assert placed_in_ram(text, "core") == {"core:isr", "core:machine:place"}
+
+
+def test_what_a_round_of_the_motion_task_takes_from_flash_is_noticed() -> None:
+    program = read(
+        function("round", "entry\ta1, 32;call8\twork;call8\trare;call8\tplaced;retw.n"),
+        function("work", "entry\ta1, 32;retw.n", ".text.work"),
+        function("rare", "entry\ta1, 32;call8\tof_rare;retw.n", ".text.rare"),
+        function("of_rare", "entry\ta1, 32;retw.n", ".text.of_rare"),
+        function("placed", "entry\ta1, 32;retw.n", ".text.placed"),
+        file="core/x.c",
+    )
+    assert in_flash(program, ["core:x:placed"], "round", ["rare"]) == ["core/x.c: work() lies in flash (.text.work)"]
+    assert in_flash(program, ["core:x"], "round", ()) == []
+    assert in_flash(program, ["core:x"], "other", ()) == ["there is no other()"]

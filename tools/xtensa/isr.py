@@ -17,6 +17,10 @@ ROOTS = (STEP, "on_edge", "on_switch_timer")
 VECTOR = Path("targets/esp32/hal/step_vector.S")
 BEFORE_VECTOR = 2  # instructions in ESP-IDF's own: a0 to EXCSAVE_5, and the call
 
+# What the motion task calls every ms, and of that what it calls only when motors are switched or motion starts.
+MOTION = "machine_poll_motion"
+RARE_IN_MOTION = ("hal_motors_set", "hal_time_us")
+
 # What the step interrupt does only when a span ends, while it looks for the probe, or each time the counter wraps.
 SELDOM = ("next_span", "put_probing_event", "step_alarm_wraps")
 
@@ -192,13 +196,14 @@ class _Reader:
 # ---- judgement ----
 
 
-def reachable(program: Program, roots: Iterable[str]) -> set[str]:
-    """Every function that a handler can come to."""
+def reachable(program: Program, roots: Iterable[str], without: Iterable[str] = ()) -> set[str]:
+    """Every function that a handler can come to. @param without  these and what they alone call are left out"""
     found: set[str] = set()
+    excluded = set(without)
     waiting = [root for root in roots if root in program.functions]
     while waiting:
         name = waiting.pop()
-        if name not in found and name in program.functions:
+        if name not in found and name in program.functions and name not in excluded:
             found.add(name)
             waiting += program.functions[name].calls
     return found
@@ -207,6 +212,20 @@ def reachable(program: Program, roots: Iterable[str]) -> set[str]:
 def placed_in_ram(fragment: str, folder: str) -> set[str]:
     """The entries of a linker.lf: "folder:object" or "folder:object:function" for each (noflash)."""
     return {f"{folder}:{name}" for name in re.findall(r"^\s+([\w:]+) \(noflash\)$", fragment, re.MULTILINE)}
+
+
+def in_flash(
+    program: Program, in_ram: Iterable[str], root: str = MOTION, without: Iterable[str] = RARE_IN_MOTION
+) -> list[str]:
+    """What of a function's calls has to be fetched from flash: each line of the cache that is missing delays it.
+    @param in_ram  placed_in_ram() of every linker.lf"""
+    placed = set(in_ram)
+    found = [f"there is no {root}()"] if root not in program.functions else []
+    for name in sorted(reachable(program, [root], without)):
+        function = program.functions[name]
+        if not _is_in_ram(function, placed):
+            found.append(f"{function.file}: {name}() lies in flash ({function.section})")
+    return found
 
 
 def violations(program: Program, in_ram: Iterable[str], roots: Iterable[str] = ROOTS) -> list[str]:
@@ -242,20 +261,27 @@ def _faults_above_windows(program: Program, name: str) -> list[str]:
 def _faults(program: Program, name: str, placed: set[str], allowed: Iterable[str]) -> list[str]:
     function = program.functions[name]
     faults = []
-    folder, object_name = function.file.split("/")[0], Path(function.file).stem
-    object_is_placed = f"{folder}:{object_name}" in placed
-    is_placed = object_is_placed or f"{folder}:{object_name}:{name}" in placed
-    if not function.section.startswith(".iram1") and not is_placed:
+    if not _is_in_ram(function, placed):
         faults.append(f"lies in flash ({function.section})")
     for callee in sorted(function.calls):
         if callee not in program.functions and callee not in allowed:
             faults.append(f"calls {callee}, which is not allowed")
     for symbol in sorted(function.symbols):
-        if program.data.get(symbol, "").startswith(".rodata") and not object_is_placed:
+        if program.data.get(symbol, "").startswith(".rodata") and _object(function) not in placed:
             faults.append(f"reads {symbol} in flash")
     faults += [f"uses floating point ({word})" for word in sorted(function.mnemonics) if FLOAT.match(word)]
     faults += [f"divides ({word})" for word in sorted(function.mnemonics) if word in DIVISION]
     return faults
+
+
+def _object(function: Function) -> str:
+    """As a linker.lf's entry, see placed_in_ram()."""
+    return f"{function.file.split('/')[0]}:{Path(function.file).stem}"
+
+
+def _is_in_ram(function: Function, placed: set[str]) -> bool:
+    names = {_object(function), f"{_object(function)}:{function.name}"}
+    return function.section.startswith(".iram1") or bool(names & placed)
 
 
 def interrupt_program(root: Path, output: Path, sources: Iterable[Path]) -> Program:
