@@ -110,6 +110,22 @@ def test_a_configuration_of_an_earlier_build_is_noticed(tmp_path: Path) -> None:
     assert configuration_without(tmp_path, plan, BOARD.chip) == ["CONFIG_FREERTOS_HZ=1000"]
 
 
+def test_what_is_switched_off_is_read_as_kconfig_writes_it(tmp_path: Path) -> None:
+    """As "# CONFIG_X is not set": `wificnc build` warned of an earlier configuration each time."""
+    (tmp_path / "targets").mkdir()
+    shutil.copytree(ROOT / CONFIGURATION, tmp_path / CONFIGURATION)
+    plan = plan_build(BOARD, tmp_path)
+    lines = configuration_lines(tmp_path, BOARD.chip, "release")
+    off = "CONFIG_ESP_WIFI_RX_IRAM_OPT"
+    assert f"{off}=n" in lines
+    written = [f"# {line[:-2]} is not set" if line.endswith("=n") else line for line in lines]
+    kept = tmp_path / "sdkconfig.esp32s3-zero"
+    kept.write_text("\n".join(written))
+    assert configuration_without(tmp_path, plan, BOARD.chip) == []
+    kept.write_text("\n".join(written).replace(f"# {off} is not set", f"{off}=y"))
+    assert configuration_without(tmp_path, plan, BOARD.chip) == [f"{off}=n"]
+
+
 # What CMake gets, by a project.cmake that only repeats it.
 PROJECT = 'macro(project)\nmessage(STATUS "DEFAULTS ${SDKCONFIG_DEFAULTS}")\nendmacro()\n'
 
@@ -241,12 +257,42 @@ def test_the_slot_is_the_smaller_one() -> None:
     assert slot_bytes((ROOT / "targets/esp32/partitions.csv").read_text()) == 0x1E0000
 
 
+def values_of(chip: str) -> dict[str, str]:
+    lines = configuration_lines(ROOT, chip, "release")
+    return {option: value for option, _, value in (line.partition("=") for line in lines)}
+
+
 @pytest.mark.parametrize("chip", ["esp32", "esp32s3"])
 def test_wifis_reception_lies_in_flash(chip: str) -> None:
     """13 KB of the memory for instructions, on the ESP32-S3 of that for data, too: with them each of its boards was
     over the budget of `wificnc build`."""
-    folder = ROOT / "targets" / "esp32"
-    lines = [
-        line for name in ("defaults", f"defaults.{chip}") for line in (folder / f"sdkconfig.{name}").read_text().split()
-    ]
-    assert [line for line in lines if "WIFI_RX_IRAM_OPT" in line] == ["CONFIG_ESP_WIFI_RX_IRAM_OPT=n"]
+    assert values_of(chip)["CONFIG_ESP_WIFI_RX_IRAM_OPT"] == "n"
+
+
+@pytest.mark.parametrize("chip", ["esp32", "esp32s3"])
+def test_code_comes_from_flash_at_80_mhz(chip: str) -> None:
+    """The task side plans from flash. At 40 MHz a line of the ESP32's cache takes 3.8 us and motion braked: a job of a
+    diagonal and two arcs took 12.9 s instead of 9.8 s (docs/performance.md)."""
+    values = values_of(chip)
+    clocks = [option for option in values if option.startswith("CONFIG_ESPTOOLPY_FLASHFREQ_")]
+    assert clocks == ["CONFIG_ESPTOOLPY_FLASHFREQ_80M"] and values[clocks[0]] == "y"
+
+
+def test_the_s3_has_32_kb_of_cache_for_code() -> None:
+    """Both cores share it. With ESP-IDF's 16 KB the same job took 17.5 s (docs/performance.md)."""
+    values = values_of("esp32s3")
+    assert values["CONFIG_ESP32S3_INSTRUCTION_CACHE_32KB"] == "y"
+    assert not [option for option in values if option.startswith("CONFIG_ESP32S3_INSTRUCTION_CACHE_16KB")]
+
+
+@pytest.mark.parametrize("chip", ["esp32", "esp32s3"])
+def test_what_our_interrupts_use_of_esp_idf_stays_in_ram(chip: str) -> None:
+    """They run while the flash is written: GPIO, the UART's driver with its ring buffer, timers, FreeRTOS."""
+    values = values_of(chip)
+    assert values["CONFIG_GPIO_CTRL_FUNC_IN_IRAM"] == values["CONFIG_UART_ISR_IN_IRAM"] == "y"
+    for option in (
+        "CONFIG_ESP_TIMER_IN_IRAM",
+        "CONFIG_RINGBUF_PLACE_ISR_FUNCTIONS_INTO_FLASH",
+        "CONFIG_FREERTOS_PLACE_FUNCTIONS_INTO_FLASH",
+    ):
+        assert option not in values, f"{option}: ESP-IDF's default has it in RAM"

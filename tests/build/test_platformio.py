@@ -58,6 +58,16 @@ def test_there_is_an_environment_for_every_board(environment: dict[str, str]) ->
         assert (ROOT / options["board_build.partitions"]).is_file()
 
 
+def test_the_header_of_every_esp32_says_80_mhz(environment: dict[str, str]) -> None:
+    """PlatformIO writes it into the image from its own options or its board's manifest, which has 40 MHz for esp32dev,
+    and not from ESP-IDF's configuration."""
+    sections = dict(json.loads(pio(environment, "project", "config", "--json-output")))
+    esp32 = [options for options in map(dict, sections.values()) if options.get("framework") == ["espidf"]]
+    assert len(esp32) >= 2 * len([board for board in map(load_board, find_boards()) if board.target == "esp32"])
+    for options in esp32:
+        assert options["board_build.f_flash"] == "80000000L"
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(shutil.which(COMPILER) is None, reason=f"{COMPILER} is not installed")
 def test_the_pic32mz_is_built_by_our_own_build(environment: dict[str, str]) -> None:

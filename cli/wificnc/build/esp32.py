@@ -197,7 +197,13 @@ def configuration_without(root: Path, plan: Plan, chip: str) -> list[str]:
     platformio = (root / CONFIGURATION / "sdkconfig.platformio").read_text(encoding="utf-8").splitlines()
     replaced = {line.partition("=")[0] for line in platformio}
     wanted = [line for line in configuration_lines(root, chip, plan.kind) if line.partition("=")[0] not in replaced]
-    return [line for line in wanted if line not in has]
+    return [line for line in wanted if not _has_line(has, line)]
+
+
+def _has_line(has: set[str], line: str) -> bool:
+    """Kconfig writes "# CONFIG_X is not set" for n, and nothing where what X depends on is off."""
+    option, _, value = line.partition("=")
+    return f"{option}=y" not in has if value == "n" else line in has
 
 
 def git_revision(root: Path) -> str:
