@@ -44,6 +44,7 @@ def test_jog_by_keyboard_and_while_held(link: Callable[..., Console]) -> None:
     console.page.keyboard.press("PageDown")
     console.stands_at(X=1, Z=-1)
     console.page.get_by_role("button", name="while held").click()
+    console.clock(SLOW)  # the page is in time with the next piece, so Idle is the end, and no pause between two
     console.page.keyboard.down("ArrowUp")
     console.is_in("Jog")
     expect(console.by("work-Y")).not_to_have_text("0.000")
