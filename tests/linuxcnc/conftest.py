@@ -35,8 +35,8 @@ STOPPED = "servo thread has stopped for more than 1 s: this computer was too bus
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Without real time a busy computer can stop LinuxCNC for a second. The component then ends the motion, rightly, and
-    says why: such a run tells nothing, and is made again. One that fails with other words is not."""
+    """Without real time a busy computer can stop LinuxCNC for a second. The component then ends the motion, rightly,
+    and says why: such a run tells nothing, and is made again. One that fails with other words is not."""
     for item in items:
         if "as_user" in getattr(item, "fixturenames", ()):
             item.add_marker(pytest.mark.flaky(reruns=2, only_rerun=[STOPPED]))

@@ -79,6 +79,7 @@ def test_a_machine_is_chosen_in_the_guide(socket_link: Callable[..., Console]) -
     found = console.page.evaluate("async () => (await axe.run()).violations.map((v) => v.id + ': ' + v.nodes[0].html)")
     assert found == []
     console.page.keyboard.press("Escape")
+    expect(console.by("settings-review")).to_have_count(0)
     expect(console.by("guide-written").locator("li")).to_have_count(0)
     choice.focus()
     choice.select_option(label="MPCNC")

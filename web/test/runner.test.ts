@@ -2,6 +2,7 @@
 import { expect, it } from "vitest";
 import { readProgram } from "../src/job/program";
 import { JobRunner } from "../src/job/runner";
+import { sendAlone } from "../src/link/alone";
 import { Controller } from "../src/link/controller";
 import { LineError } from "../src/link/line";
 import type { Transport, TransportEvents } from "../src/link/transport";
@@ -231,4 +232,21 @@ it("sends no line of the job into a parked hold, and the operator's lines get th
   expect([controller.parked.value, job.answered.value]).toEqual([false, 2]);
   expect(board.heard()).toMatch(/^N\d+G1X/);
   await controller.disconnect();
+});
+
+it("asks the network's own server alone: its answer would overtake the machine's", async () => {
+  const { board, controller } = await connected();
+  const settings = controller.send("$$");
+  const listed = sendAlone(controller, "$TRUST");
+  await turn();
+  expect(board.heard()).toBe("$$\n\n");
+  board.says("$100=250.000", "ok");
+  await turn();
+  expect(board.heard()).toBe("");
+  board.says("ok");
+  await turn();
+  expect(board.heard()).toBe("$TRUST\n");
+  board.says("[TRUST:1,192.168.1.20,always]", "ok");
+  expect(await settings).toEqual(["$100=250.000"]);
+  expect(await listed).toEqual(["[TRUST:1,192.168.1.20,always]"]);
 });

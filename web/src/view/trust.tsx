@@ -1,20 +1,26 @@
 /** The addresses whose senders command without a login: listed, added, revoked. */
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
-import { attempt, controller } from "../app";
+import { attempt, controller, job } from "../app";
+import { sendAlone } from "../link/alone";
 import { trustedOf, type Trusted } from "../link/login";
 import { Button, Card, duration } from "./parts";
 import { t } from "../words";
 
 const trusted = signal<Trusted[] | null>(null);
 
+async function ask(line: string): Promise<string[]> {
+  if (job.active.value) throw new Error(t`A job is running: stop it, or wait until it is finished.`);
+  return sendAlone(controller, line);
+}
+
 async function list(): Promise<void> {
-  trusted.value = trustedOf(await controller.send("$TRUST"));
+  trusted.value = trustedOf(await ask("$TRUST"));
 }
 
 /** @param word  of $TRUST= */
 async function change(word: string): Promise<void> {
-  await controller.send(`$TRUST=${word}`);
+  await ask(`$TRUST=${word}`);
   await list();
 }
 
