@@ -26,21 +26,8 @@ use_made_key()
 
 # Folders that take longest, the longest first: a long one that starts last leaves the other workers idle.
 LONGEST_FIRST = (
-    *(
-        "linuxcnc",
-        "pic32mz",
-        "xtensa",
-        "web",
-        "release",
-        "esp32",
-        "build",
-        "grbl",
-        "motion",
-        "states",
-        "senders",
-        "serve",
-    ),
-    *("repo", "wire", "gcode", "cli", "link"),
+    *("pic32mz", "xtensa", "web", "release", "esp32", "build", "linuxcnc", "grbl", "motion", "states", "senders"),
+    *("serve", "repo", "wire", "gcode", "cli", "link"),
 )
 
 
