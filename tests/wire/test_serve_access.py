@@ -205,27 +205,29 @@ def test_a_crowd_does_not_displace_a_host_whose_motion_waits_in_a_hold(
         assert now.position_steps[0] == 8000
 
 
-# A busy computer repeats the jog too late, and it ends, rightly: such a run tells nothing.
-@pytest.mark.flaky(reruns=2, only_rerun=["State.JOG"])
 def test_a_crowd_does_not_displace_a_host_that_sends_only_datagrams(serve: Callable[..., Server], crowd: Crowd) -> None:
-    """Its connection is silent for longer than others may be; but it is what its datagrams are proven by."""
+    """Its connection is silent for longer than others may be; but it is what its datagrams are proven by. On a busy
+    computer a jog is repeated too late, and ends, rightly; but each one moves."""
     serve(key=KEY, speed=20.0)
     with Device(ADDRESS, KEY) as device:
         device.command(IoControl())
         reports = device.reports(HANG_S)
-        begin_ms = next(reports).uptime_ms
+        first = next(reports)
+        now_ms = begin_ms = first.uptime_ms
         crowd.come(3)
-        now_ms = begin_ms
         while now_ms - begin_ms < 40_000:
             device.post(Jog(0, 1, 1000))
             crowd.talk()
             now = next(reports)
             now_ms = now.uptime_ms
-        assert now.state == State.JOG
+        assert now.position_steps[0] > first.position_steps[0]
+        while now.state != State.IDLE:
+            now = next(reports)
+        rest = now.position_steps[0]
         crowd.come(4)
         for _ in range(20):
             crowd.talk()
             device.post(Jog(0, 1, 1000))
             now = next(reports)
-        assert now.state == State.JOG
+        assert now.position_steps[0] > rest
         assert device.request(Ping(7), Pong) == Pong(7)
