@@ -27,15 +27,10 @@ void emit_init(struct emit *emit, struct plan *plan, struct ahead *ahead) {
     *emit = (struct emit){.plan = plan, .ahead = ahead};
 }
 
-/* In 1/65536 step; a half is added, so that rounding down is to the nearest step. */
-static int64_t exactly_on(int32_t steps) {
-    return (int64_t)steps * HISTORY_STEP + HISTORY_STEP / 2;
-}
-
 static void stand_still(struct emit *emit) {
     int64_t at[SHAPER_LANES];
     for (unsigned ax = 0; ax < CORE_AXES; ax++)
-        at[ax] = exactly_on(emit->steps[ax]);
+        at[ax] = axes_exactly_on(emit->axes.steps[ax]);
     at[SHAPER_PLACE] = emit->power.at;
     history_rest(&emit->history, at);
 }
@@ -43,9 +38,9 @@ static void stand_still(struct emit *emit) {
 /* At rest, maybe in a stop that will be taken back. */
 static void choose_shaper(struct emit *emit, bool unshaped) {
     const struct shaper *shaper = unshaped ? &emit->plan->unshaped : &emit->plan->shaper;
-    if (shaper == emit->shaper)
+    if (shaper == emit->axes.shaper)
         return;
-    emit->shaper = shaper;
+    emit->axes.shaper = shaper;
     stand_still(emit);
 }
 
@@ -58,29 +53,26 @@ void emit_reset(struct emit *emit, const int32_t position_steps[AXIS_COUNT]) {
         emit->ran_dry = false;
     emit->settles = emit->waits = emit->slope.known = false;
     emit->gear.phase = GEAR_OFF;
-    emit->y = emit->v_mm_s = emit->path_mm_s = emit->ramp = 0.0f;
+    emit->y = emit->axes.v_mm_s = emit->path_mm_s = emit->ramp = 0.0f;
     emit->along_mm = emit->along_rest_mm = 0.0f;
     emit->dwell_ns = emit->dwelt_ns = 0;
     emit->stop = AHEAD_GO;
     emit->piece_at = 0;
     emit->power = (struct power_place){0};
-    for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        emit->steps[ax] = position_steps[ax];
-        emit->fraction[ax] = SEGMENT_PHASE_HALF;
-    }
+    axes_stand(&emit->axes, position_steps);
     for (unsigned ax = 0; ax < CORE_AXES; ax++)
         emit->corner[ax] = (int64_t)(emit->plan->position_mm[ax] * steps_of(emit, ax) * (double)EMIT_CORNER);
     stand_still(emit);
 }
 
 void emit_set_shaper(struct emit *emit) {
-    emit->shaper = &emit->plan->shaper;
+    emit->axes.shaper = &emit->plan->shaper;
     stand_still(emit);
 }
 
 /* The axes follow where the path was: they are still under way when it has ended. */
 static bool is_behind(const struct emit *emit) {
-    return history_moves(&emit->history, emit->shaper);
+    return history_moves(&emit->history, emit->axes.shaper);
 }
 
 static bool dwells(const struct emit *emit) {
@@ -176,13 +168,13 @@ bool emit_wants_more(const struct emit *emit) {
     return is_near_end(emit, 2.0f, ENOUGH_MM); /* some of it bends */
 }
 
-/* A place of an axis, as exactly_on(). */
+/* A place of an axis, as axes_exactly_on(). */
 static int64_t in_units(double place_mm, float steps_per_mm) {
     double units = (place_mm * (double)steps_per_mm + 0.5) * (double)HISTORY_STEP;
     return (int64_t)(units + (units < 0.0 ? -0.5 : 0.5));
 }
 
-/* Where the path is, as exactly_on(): the corner exactly, and from there in single precision.
+/* Where the path is, as axes_exactly_on(): the corner exactly, and from there in single precision.
  * @return its speed */
 static float find_steps(const struct emit *emit, int64_t at[CORE_AXES]) {
     float rest_mm[AXIS_COUNT];
@@ -200,34 +192,7 @@ static void take_stop(struct emit *emit, int64_t at[CORE_AXES]) {
     struct path *path = &emit->plan->path;
     const int32_t *steps = path->stop_steps[path->stop_tail++ & (PATH_STOPS - 1)];
     for (unsigned ax = 0; ax < CORE_AXES; ax++)
-        at[ax] = exactly_on(steps[ax]);
-}
-
-/* Steps and phases from where the last segment ended to here. */
-static void set_axes(struct emit *emit, struct segment *segment, const int64_t at[CORE_AXES]) {
-    const unsigned count = emit->plan->limits.axis_count;
-    memset(segment->phase, SEGMENT_PHASE_HALF, sizeof segment->phase); /* of axes that do not move */
-    memset(segment->phase_end, SEGMENT_PHASE_HALF, sizeof segment->phase_end);
-    for (unsigned ax = 0; ax < count; ax++) {
-        int32_t steps = (int32_t)(at[ax] >> 16), made = steps - emit->steps[ax];
-        uint8_t fraction = (uint8_t)(at[ax] >> 8 & 255);
-        bool down = made < 0;
-        segment->steps[ax] = (int16_t)made;
-        segment->phase[ax] = (uint8_t)(down ? 255 - emit->fraction[ax] : emit->fraction[ax]);
-        segment->phase_end[ax] = (uint8_t)(down ? 255 - fraction : fraction);
-        emit->steps[ax] = steps;
-        emit->fraction[ax] = fraction;
-    }
-}
-
-static uint32_t duration_ns(struct emit *emit, float time_s) {
-    float ns = time_s * 1e9f;
-    uint32_t whole = (uint32_t)ns;
-    float rest = ns - (float)whole + emit->time_ns;
-    bool more = rest >= 1.0f;
-    emit->time_ns = more ? rest - 1.0f : rest;
-    whole += more;
-    return whole > 0 ? whole : 1u;
+        at[ax] = axes_exactly_on(steps[ax]);
 }
 
 static uint8_t segment_flags(uint8_t motion_flags) {
@@ -252,7 +217,7 @@ static float sample_s(const struct emit *emit, const struct piece *piece) {
         return emit->plan->curve_s;
     float line_s = stops ? emit->stop_most_s : LINE_SAMPLE_S;
     float left_mm = piece->length_mm - piece->tangent_mm - emit->along_mm;
-    float longest_mm = (emit->v_mm_s + (stops ? 0.0f : piece->accel_mm_s2 * line_s)) * line_s;
+    float longest_mm = (emit->axes.v_mm_s + (stops ? 0.0f : piece->accel_mm_s2 * line_s)) * line_s;
     return left_mm > 1.5f * longest_mm ? line_s : emit->plan->curve_s;
 }
 
@@ -326,7 +291,7 @@ static const struct piece *find_place(struct emit *emit, int64_t at[CORE_AXES]) 
 
 /* What every segment says. */
 static void finish(struct emit *emit, struct segment *segment, uint32_t ns) {
-    if (emit->v_mm_s == 0.0f) {
+    if (emit->axes.v_mm_s == 0.0f) {
         if ((emit->ended_flags & MOTION_FLAG_EXACT_STOP) != 0 && !emit->entered)
             segment->flags |= SEGMENT_EXACT_STOP;
         if (plan_is_empty(emit->plan) || emit->hold)
@@ -334,28 +299,24 @@ static void finish(struct emit *emit, struct segment *segment, uint32_t ns) {
     }
     segment->id = emit->next_id++;
     segment->duration_ns = ns;
-    segment->v_mm_s = emit->v_mm_s;
+    segment->v_mm_s = emit->axes.v_mm_s;
     DEBUG(DEBUG_MOTION, "segment: line, ns", segment->line, segment->duration_ns);
-}
-
-static int16_t ramp(float v0, float v1) {
-    return (int16_t)(v0 + v1 > 0.0f ? (v1 - v0) / (v0 + v1) * (float)SEGMENT_RAMP_ONE : 0.0f);
 }
 
 static void make_sample(struct emit *emit, struct segment *segment) {
     const struct piece *piece = travel_piece(emit);
-    float v0 = emit->v_mm_s, time_s = travel_sample(emit, piece);
+    float v0 = emit->axes.v_mm_s, time_s = travel_sample(emit, piece);
     int64_t at[CORE_AXES] = {0};
     segment->flags = segment_flags(piece->flags);
     segment->line = find_place(emit, at)->line;
-    emit->v_mm_s = emit->path_mm_s;
-    segment->ramp = ramp(v0, emit->v_mm_s);
-    set_axes(emit, segment, at);
+    emit->axes.v_mm_s = emit->path_mm_s;
+    segment->ramp = axes_ramp(v0, emit->axes.v_mm_s);
+    axes_go(&emit->axes, segment, at, emit->plan->limits.axis_count);
     if (emit_power_counts(emit))
-        emit_power(emit, segment, piece, travel_power_place(emit), v0, emit->v_mm_s, time_s);
+        emit_power(emit, segment, piece, travel_power_place(emit), v0, emit->axes.v_mm_s, time_s);
     else
         emit->power.at = emit->piece_at; /* near enough: nothing is marked up to the end of the path */
-    finish(emit, segment, duration_ns(emit, time_s));
+    finish(emit, segment, axes_ns(&emit->axes, time_s));
 }
 
 /* The path continues for this time, or to a stop, or it rests until the axes do, too.
@@ -366,7 +327,7 @@ static const struct piece *travel_shaped(struct emit *emit, int64_t at[SHAPER_LA
     const struct piece *piece = &emit->plan->path.pieces[emit->shape.piece];
     *took_s = 0.0f;
     if (emit->settles || travel_ends(emit)) {
-        float left_s = (float)(emit->shaper->window_ns - emit->history.now.still_ns) * 1e-9f;
+        float left_s = (float)(emit->axes.shaper->window_ns - emit->history.now.still_ns) * 1e-9f;
         *time_s = max_f(min_f(*time_s, left_s), MIN_SAMPLE_S);
         return piece;
     }
@@ -386,48 +347,32 @@ static void push_sample(struct emit *emit, const int64_t at[SHAPER_LANES], float
     if (took_ns == 0 || took_ns + REST_NS > ns)
         took_ns = ns;
     uint8_t side = emit->ahead->side ^ 1u;
-    history_push(&emit->history, at, took_ns, ramp(v0, emit->path_mm_s), index, side);
+    history_push(&emit->history, at, took_ns, axes_ramp(v0, emit->path_mm_s), index, side);
     if (took_ns < ns)
         history_push(&emit->history, at, ns - took_ns, 0, index, side);
-    history_shape(&emit->history, emit->shaper, &emit->shape);
+    history_shape(&emit->history, emit->axes.shaper, &emit->shape);
 }
 
-/* Speed of the axes along their path, XYZ and all others, as that of the path itself. */
-static float shaped_mm_s(const struct emit *emit) {
-    float sum = 0.0f;
-    for (unsigned ax = 0; ax < emit->plan->limits.axis_count; ax++) {
-        float v_mm_s = emit->shape.speed[ax] / ((float)HISTORY_STEP * emit->plan->limits.steps_per_mm[ax]);
-        sum += v_mm_s * v_mm_s;
-    }
-    return sqrtf(sum);
-}
-
-/* Steps to where the shaper has the axes. @return the mean speed of the steps, as a part of that of its ends:
- * between them the shaped speed is a curve, and that of the steps a line */
-static float set_shaped(struct emit *emit, struct segment *segment, float time_s) {
-    float v0 = emit->v_mm_s;
-    set_axes(emit, segment, emit->shape.out);
-    emit->v_mm_s = is_behind(emit) ? shaped_mm_s(emit) : 0.0f;
-    segment->ramp = ramp(v0, emit->v_mm_s);
-    float ends_mm = 0.5f * (v0 + emit->v_mm_s) * time_s;
-    return ends_mm > 0.0f ? emit_segment_mm(emit, segment) / ends_mm : 1.0f;
+/* Steps to where the shaper has the axes. @return as axes_follow() */
+static float follow(struct emit *emit, struct segment *segment, float time_s) {
+    return axes_follow(&emit->axes, segment, &emit->shape, is_behind(emit), &emit->plan->limits, time_s);
 }
 
 /* A sample of the path, and where the axes are after it. */
 static void make_shaped(struct emit *emit, struct segment *segment) {
-    float took_s, time_s = emit_stop_longer_s(emit, emit->shaper->sample_s), v0 = emit->v_mm_s,
+    float took_s, time_s = emit_stop_longer_s(emit, emit->axes.shaper->sample_s), v0 = emit->axes.v_mm_s,
                   path_v0 = emit->path_mm_s;
     int64_t at[SHAPER_LANES];
     memcpy(at, emit->history.now.in, sizeof at);
     const struct piece *piece = travel_shaped(emit, at, &time_s, &took_s);
-    uint32_t ns = duration_ns(emit, time_s);
+    uint32_t ns = axes_ns(&emit->axes, time_s);
     push_sample(emit, at, took_s, ns, path_v0, piece);
     emit->settles = emit->settles && is_behind(emit);
     piece = &emit->plan->path.pieces[emit->shape.piece];
     segment->line = piece->line;
     segment->flags = segment_flags(piece->flags);
-    float part = set_shaped(emit, segment, time_s);
-    emit_power(emit, segment, piece, (uint32_t)emit->shape.out[SHAPER_PLACE], part * v0, part * emit->v_mm_s,
+    float part = follow(emit, segment, time_s);
+    emit_power(emit, segment, piece, (uint32_t)emit->shape.out[SHAPER_PLACE], part * v0, part * emit->axes.v_mm_s,
                time_s);
     finish(emit, segment, ns);
 }
@@ -435,10 +380,10 @@ static void make_shaped(struct emit *emit, struct segment *segment) {
 void emit_gear(struct emit *emit, const struct gear_path *path) {
     choose_shaper(emit, true);
     gear_begin(&emit->gear, path);
-    emit->gear.path.lag_s = (float)emit->shaper->late_ns * 1e-9f;
+    emit->gear.path.lag_s = (float)emit->axes.shaper->late_ns * 1e-9f;
 }
 
-/* Where the follower is, as exactly_on(); at its end it rests on a step. */
+/* Where the follower is, as axes_exactly_on(); at its end it rests on a step. */
 static void find_geared(const struct emit *emit, int64_t at[CORE_AXES]) {
     const struct plan *plan = emit->plan;
     double place_mm[AXIS_COUNT];
@@ -446,18 +391,18 @@ static void find_geared(const struct emit *emit, int64_t at[CORE_AXES]) {
     for (unsigned ax = 0; ax < plan->limits.axis_count; ax++) {
         at[ax] = in_units(place_mm[ax], plan->limits.steps_per_mm[ax]);
         if (emit->gear.phase == GEAR_DONE)
-            at[ax] = exactly_on((int32_t)(at[ax] >> 16));
+            at[ax] = axes_exactly_on((int32_t)(at[ax] >> 16));
     }
 }
 
 /* The next sample of the follower. While it waits for its angle, time continues and nothing moves. */
 static void make_geared(struct emit *emit, struct segment *segment) {
     struct gear *gear = &emit->gear;
-    bool shaped = shaper_is_on(emit->shaper), waits = gear->phase == GEAR_WAITS;
-    float asked_s = shaped ? emit->shaper->sample_s : emit_stop_longer_s(emit, GEAR_SAMPLE_S),
+    bool shaped = shaper_is_on(emit->axes.shaper), waits = gear->phase == GEAR_WAITS;
+    float asked_s = shaped ? emit->axes.shaper->sample_s : emit_stop_longer_s(emit, GEAR_SAMPLE_S),
           v0 = fabsf(gear->v_mm_s);
     double time_s = gear_sample(gear, &emit->spindle, asked_s, shaped, emit->now_us);
-    uint32_t ns = duration_ns(emit, (float)time_s);
+    uint32_t ns = axes_ns(&emit->axes, (float)time_s);
     segment->line = gear->path.line;
     if (waits) {
         segment->flags = SEGMENT_DWELL;
@@ -470,11 +415,11 @@ static void make_geared(struct emit *emit, struct segment *segment) {
         emit->path_mm_s = fabsf(gear->v_mm_s);
         if (shaped) {
             push_sample(emit, at, (float)time_s, ns, v0, &emit->plan->path.pieces[emit->shape.piece]);
-            (void)set_shaped(emit, segment, (float)time_s);
+            (void)follow(emit, segment, (float)time_s);
         } else {
-            segment->ramp = ramp(v0, emit->path_mm_s);
-            emit->v_mm_s = emit->path_mm_s;
-            set_axes(emit, segment, at);
+            segment->ramp = axes_ramp(v0, emit->path_mm_s);
+            emit->axes.v_mm_s = emit->path_mm_s;
+            axes_go(&emit->axes, segment, at, emit->plan->limits.axis_count);
         }
     }
     finish(emit, segment, ns);
@@ -497,7 +442,7 @@ static bool make(void *ctx, struct segment *segment) {
         return false;
     if (!gear_is_on(&emit->gear) && !emit->entered && !is_behind(emit) && path_count(&emit->plan->path) > 0)
         choose_shaper(emit, (travel_piece(emit)->flags & MOTION_FLAG_UNSHAPED) != 0);
-    if (shaper_is_on(emit->shaper) && !history_has_room(&emit->history, emit->ahead->side ^ 1u))
+    if (shaper_is_on(emit->axes.shaper) && !history_has_room(&emit->history, emit->ahead->side ^ 1u))
         return false;
     emit->work = 1;
     if (gear_is_on(&emit->gear))
@@ -506,7 +451,7 @@ static bool make(void *ctx, struct segment *segment) {
         if (!dwells(emit))
             return false;
         make_dwell(emit, segment);
-    } else if (shaper_is_on(emit->shaper))
+    } else if (shaper_is_on(emit->axes.shaper))
         make_shaped(emit, segment);
     else
         make_sample(emit, segment);
@@ -540,7 +485,7 @@ static uint32_t reach_us(const void *ctx) {
     if (!is_firm(emit))
         return AHEAD_NEAR_US;
     /* Nearer where something is sought (homing, probing), and for want of records (motion/history.h). */
-    return emit->shaper == &emit->plan->unshaped || shaper_is_on(emit->shaper) ? AHEAD_FULL_US : AHEAD_FAR_US;
+    return emit->axes.shaper == &emit->plan->unshaped || shaper_is_on(emit->axes.shaper) ? AHEAD_FULL_US : AHEAD_FAR_US;
 }
 
 static uint32_t news(const void *ctx) {
@@ -552,7 +497,7 @@ static uint32_t news(const void *ctx) {
 static bool ends_soon(const struct emit *emit) {
     const struct plan *plan = emit->plan;
     bool goes_on = plan->path.may_go_on && plan_is_pending(plan);
-    return !gear_is_on(&emit->gear) && !goes_on && is_near_end(emit, 3.0f, END_S * emit->v_mm_s);
+    return !gear_is_on(&emit->gear) && !goes_on && is_near_end(emit, 3.0f, END_S * emit->axes.v_mm_s);
 }
 
 static void go_on(void *ctx, enum ahead_stop how) {
@@ -578,7 +523,7 @@ static uint32_t portion(const void *ctx) {
 
 static uint32_t work(const void *ctx) {
     const struct emit *emit = ctx;
-    return emit->work + (shaper_is_on(emit->shaper) ? SHAPED_WORK : 0u);
+    return emit->work + (shaper_is_on(emit->axes.shaper) ? SHAPED_WORK : 0u);
 }
 
 bool emit_claim(struct emit *emit) {

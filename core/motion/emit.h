@@ -10,6 +10,7 @@
 #ifndef WIFICNC_MOTION_EMIT_H
 #define WIFICNC_MOTION_EMIT_H
 
+#include "motion/axes.h"
 #include "motion/beam.h"
 #include "motion/gear.h"
 #include "motion/history.h"
@@ -25,19 +26,15 @@
 #define EMIT_STATE                                                                                           \
     int64_t corner[CORE_AXES];    /* control point at the end of the piece at tail, 1/EMIT_CORNER step */    \
     uint64_t dwelt_ns;            /* made of dwell_ns, since the last reset */                               \
-    const struct shaper *shaper;  /* what is made of the path: one of the plan's */                          \
-    int32_t steps[AXIS_COUNT];    /* where the last segment ended, to the nearest step below ... */          \
+    struct axes axes;             /* their shaper is one of the plan's */                                    \
     float along_mm;               /* from the control point before to the place on the straight part ... */  \
     float along_rest_mm;          /* ... and what a float loses of it: a slow move is many small sums */     \
     float left;                   /* of this half of a blend, 0.5 .. 0 of all of it */                       \
     float y;                      /* motion/timing.h */                                                      \
-    float v_mm_s;                 /* of the axes ... */                                                      \
-    float path_mm_s;              /* ... and of the path that they follow */                                 \
+    float path_mm_s;              /* speed of the path, which the axes follow */                             \
     ramp_state ramp;              /* of its acceleration */                                                  \
-    float time_ns;                /* fraction of a nanosecond carried from segment to segment */             \
     uint32_t piece_at;            /* place where the piece at tail begins (motion/power.h) */                \
     struct power_place power;     /* at the end of the last segment */                                       \
-    uint8_t fraction[AXIS_COUNT]; /* ... plus this, in 1/256; 128 is exactly on a step */                    \
     uint16_t next_id;                                                                                        \
     uint8_t ended_flags; /* of the piece that ended in the last stop; enum motion_flags */                   \
     bool entered;        /* the piece at tail has begun */                                                   \

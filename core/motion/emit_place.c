@@ -31,9 +31,9 @@ void emit_load(void *ctx, uint32_t at, enum ahead_return why) {
 
 /* The oldest piece that a place needs: that of its oldest sample, while those still count. */
 static uint32_t oldest_piece(const struct history *history, const struct emit_place *place) {
-    if (place->history.still_ns >= place->state.shaper->window_ns)
+    if (place->history.still_ns >= place->state.axes.shaper->window_ns)
         return place->tail;
-    uint16_t piece = history_oldest_piece(history, &place->history, place->state.shaper->window_ns);
+    uint16_t piece = history_oldest_piece(history, &place->history, place->state.axes.shaper->window_ns);
     return place->tail - ((place->tail - piece) & (PLAN_SIZE - 1));
 }
 
@@ -51,7 +51,7 @@ void emit_release(void *ctx, uint32_t at) {
 
 void emit_shift(struct emit *emit, const int32_t steps[AXIS_COUNT]) {
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        emit->steps[ax] += steps[ax];
+        emit->axes.steps[ax] += steps[ax];
     for (unsigned ax = 0; ax < CORE_AXES; ax++) {
         emit->corner[ax] += steps[ax] * EMIT_CORNER;
         emit->history.now.in[ax] += (int64_t)steps[ax] * HISTORY_STEP;

@@ -15,7 +15,7 @@ static const struct piece *burnt_piece(const struct emit *emit, const struct pie
     struct path *path = &emit->plan->path;
     uint32_t index = (uint32_t)(piece - path->pieces);
     const struct piece *before = path_piece(path, index - 1), *next = path_piece(path, index + 1);
-    if (!is_cut(piece) && shaper_is_on(emit->shaper) && is_cut(before))
+    if (!is_cut(piece) && shaper_is_on(emit->axes.shaper) && is_cut(before))
         return before;
     bool newest = piece == path_piece(path, path->head - 1);
     return !is_cut(piece) && emit->beam.rise_s > 0.0f && !newest && is_cut(next) ? next : piece;
@@ -29,20 +29,9 @@ void emit_power(struct emit *emit, struct segment *segment, const struct piece *
                 float v1, float time_s) {
     float feed_mm_s = emit->beam.on ? sqrtf(burnt_piece(emit, piece)->asked_sq) : 0.0f;
     const struct power_way way = {to, v0, v1, feed_mm_s, time_s, emit->stop != AHEAD_GO || !emit->beam.on};
-    if (shaper_is_on(emit->shaper) || emit->beam.rise_s > 0.0f)
+    if (shaper_is_on(emit->axes.shaper) || emit->beam.rise_s > 0.0f)
         segment->flags |= SEGMENT_CUT; /* S may be that of a cut, whatever most of it is */
     power_segment(&emit->plan->power, &emit->power, &way, &emit->beam, emit->ahead->queue, segment);
     if ((segment->duty[0] | segment->duty[1] | segment->power_count) == 0 && !is_cut(piece))
         segment->flags &= (uint8_t)~SEGMENT_CUT;
-}
-
-float emit_segment_mm(const struct emit *emit, const struct segment *segment) {
-    float sum = 0.0f;
-    for (unsigned ax = 0; ax < emit->plan->limits.axis_count; ax++) {
-        int32_t steps = segment->steps[ax] < 0 ? -segment->steps[ax] : segment->steps[ax];
-        float parts = (float)(steps * 256 + segment->phase_end[ax] - segment->phase[ax]);
-        float way_mm = parts / (256.0f * emit->plan->limits.steps_per_mm[ax]);
-        sum += way_mm * way_mm;
-    }
-    return sqrtf(sum);
 }

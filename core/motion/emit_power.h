@@ -18,7 +18,4 @@ bool emit_power_counts(const struct emit *emit);
 void emit_power(struct emit *emit, struct segment *segment, const struct piece *piece, uint32_t to, float v0,
                 float v1, float time_s);
 
-/** Length of a segment, XYZ and all other axes. */
-float emit_segment_mm(const struct emit *emit, const struct segment *segment);
-
 #endif

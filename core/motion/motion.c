@@ -243,7 +243,7 @@ void motion_end(struct motion *motion) {
 }
 
 static bool rests_at_place(const struct emit *emit) {
-    return emit->v_mm_s == 0.0f && !emit->entered;
+    return emit->axes.v_mm_s == 0.0f && !emit->entered;
 }
 
 static bool rests_for_good(const struct motion *motion) {
@@ -404,7 +404,7 @@ void motion_bounds(const struct motion *motion, double low_mm[AXIS_COUNT], doubl
     const struct plan *plan = &motion->plan;
     const struct path *path = &plan->path;
     double at_mm[AXIS_COUNT];
-    kinematics_position_mm(motion->emit.steps, plan->limits.steps_per_mm, at_mm);
+    kinematics_position_mm(motion->emit.axes.steps, plan->limits.steps_per_mm, at_mm);
     memcpy(low_mm, at_mm, sizeof at_mm);
     memcpy(high_mm, at_mm, sizeof at_mm);
     widen(plan->position_mm, low_mm, high_mm);

@@ -31,7 +31,7 @@ static uint32_t committed(const struct machine *machine) {
 /* Where the committed part ends. A fraction of 1/2 is exactly on a step. */
 static void commit_steps(const struct emit *emit, double steps[AXIS_COUNT]) {
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        steps[ax] = emit->steps[ax] + emit->fraction[ax] / 256.0 - 0.5;
+        steps[ax] = emit->axes.steps[ax] + emit->axes.fraction[ax] / 256.0 - 0.5;
 }
 
 /* When a part of a segment's way is done, as a part of its time: segment/segment.h. */
