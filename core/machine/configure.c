@@ -74,6 +74,7 @@ static void apply_motion(struct machine *machine) {
     const struct machine_board *board = &machine->board;
     struct motion_limits limits = {.junction_deviation_mm = settings->junction_deviation_mm,
                                    .jerk_mm_s3 = settings->jerk_mm_s3,
+                                   .shape_host = settings->shape_host,
                                    .axis_count = board->axis_count};
     uint32_t pulse_ns = machine_step_pulse_ns(machine);
     uint32_t step_ns = 2 * pulse_ns + board->step_spread_ns; /* the pulse and a pause as long */

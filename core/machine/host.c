@@ -191,7 +191,7 @@ static bool queue_on(struct machine *machine) {
     bool probes =
         machine->host.probing || (machine->park.open && (stage == TASK_PROBING || stage == TASK_TOOL_MOTION));
     host_queue_hold(queue, !goes || machine->host.discards || (probes && machine->drive.step.probe_hit));
-    return host_queue_poll(queue);
+    return hosted_poll(&machine->host.hosted);
 }
 
 /* ---- jog ---- */

@@ -12,6 +12,7 @@
 #include "gcode/gcode.h"
 #include "hal/hal.h"
 #include "machine/actions.h"
+#include "motion/hosted.h"
 #include "segment/host_queue.h"
 
 /** A jog of a network host: it continues until it is stopped, so its end is kept ahead of it. */
@@ -46,6 +47,7 @@ struct host_suspended {
 /** Motion of a network host; machine/host.h. */
 struct machine_host {
     struct host_queue queue;
+    struct hosted hosted; /* what is made of it */
     struct host_suspended job;
     bool owns;                     /* motion is a host's: lines of the text side wait */
     bool end_known;                /* end_steps is right */

@@ -14,7 +14,8 @@ bool host_is_quiet(const struct machine *machine) {
 }
 
 void host_set_limits(struct machine *machine, const struct motion_limits *limits) {
-    struct host_queue_limits queue_limits = {.axis_count = limits->axis_count};
+    struct host_queue_limits queue_limits = {.axis_count = limits->axis_count,
+                                             .rests_to_probe = limits->shape_host};
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
         queue_limits.rate_steps_s[ax] = limits->max_rate_mm_s[ax] * limits->steps_per_mm[ax];
         queue_limits.accel_steps_s2[ax] = limits->accel_mm_s2[ax] * limits->steps_per_mm[ax];

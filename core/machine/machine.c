@@ -58,6 +58,7 @@ void machine_init(struct machine *machine, const struct machine_board *board, st
     motion_init(&machine->drive.motion, &no_limits, board->look_ahead != 0 ? board->look_ahead : PLAN_SIZE,
                 board->laser_marks != 0 ? board->laser_marks : POWER_MARKS);
     host_queue_init(&machine->host.queue, &machine->drive.motion.ahead);
+    hosted_init(&machine->host.hosted, &machine->drive.motion.emit, &machine->host.queue);
     step_init(&machine->drive.step, hal_step);
     prep_init(&machine->drive.prep, &machine->drive.motion.queue, &machine->drive.step, &no_timing);
     overrides_begin(&machine->overrides);

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-void axes_stand(struct axes *axes, const int32_t steps[AXIS_COUNT]) {
+void axes_rest(struct axes *axes, const int32_t steps[AXIS_COUNT]) {
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
         axes->steps[ax] = steps[ax];
         axes->fraction[ax] = SEGMENT_PHASE_HALF;
@@ -40,7 +40,7 @@ int16_t axes_ramp(float v0, float v1) {
     return (int16_t)(v0 + v1 > 0.0f ? (v1 - v0) / (v0 + v1) * (float)SEGMENT_RAMP_ONE : 0.0f);
 }
 
-float axes_way_mm(const struct segment *segment, const struct motion_limits *limits) {
+static float way_mm_of(const struct segment *segment, const struct motion_limits *limits) {
     float sum = 0.0f;
     for (unsigned ax = 0; ax < limits->axis_count; ax++) {
         int32_t steps = segment->steps[ax] < 0 ? -segment->steps[ax] : segment->steps[ax];
@@ -68,5 +68,5 @@ float axes_follow(struct axes *axes, struct segment *segment, const struct histo
     axes->v_mm_s = behind ? shaped_mm_s(shape, limits) : 0.0f;
     segment->ramp = axes_ramp(v0, axes->v_mm_s);
     float ends_mm = 0.5f * (v0 + axes->v_mm_s) * time_s;
-    return ends_mm > 0.0f ? axes_way_mm(segment, limits) / ends_mm : 1.0f;
+    return ends_mm > 0.0f ? way_mm_of(segment, limits) / ends_mm : 1.0f;
 }

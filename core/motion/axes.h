@@ -18,8 +18,8 @@ struct axes {
     uint8_t fraction[AXIS_COUNT]; /* ... plus this, in 1/256; 128 is exactly on a step */
 };
 
-/** The axes stand on these steps; what is carried of the time stays. */
-void axes_stand(struct axes *axes, const int32_t steps[AXIS_COUNT]);
+/** The axes rest on these steps; what is carried of the time stays. */
+void axes_rest(struct axes *axes, const int32_t steps[AXIS_COUNT]);
 
 /** A place that is exactly on a step. */
 static inline int64_t axes_exactly_on(int32_t steps) {
@@ -35,9 +35,6 @@ void axes_go(struct axes *axes, struct segment *segment, const int64_t at[CORE_A
  *  curve, and that of the steps a line */
 float axes_follow(struct axes *axes, struct segment *segment, const struct history_shape *shape, bool behind,
                   const struct motion_limits *limits, float time_s);
-
-/** Length of the way of a segment's axes, mm. */
-float axes_way_mm(const struct segment *segment, const struct motion_limits *limits);
 
 /** A duration in whole nanoseconds, > 0. */
 uint32_t axes_ns(struct axes *axes, float time_s);

@@ -32,7 +32,8 @@ static void stand_still(struct emit *emit) {
     for (unsigned ax = 0; ax < CORE_AXES; ax++)
         at[ax] = axes_exactly_on(emit->axes.steps[ax]);
     at[SHAPER_PLACE] = emit->power.at;
-    history_rest(&emit->history, at);
+    memcpy(emit->lent_in, at, sizeof at);
+    history_rest(&emit->history, emit->lent ? emit->history.now.in : at);
 }
 
 /* At rest, maybe in a stop that will be taken back. */
@@ -51,7 +52,7 @@ static double steps_of(const struct emit *emit, unsigned axis) {
 void emit_reset(struct emit *emit, const int32_t position_steps[AXIS_COUNT]) {
     emit->entered = emit->on_blend = emit->flush = emit->hold = emit->hold_asked = emit->late =
         emit->ran_dry = false;
-    emit->settles = emit->waits = emit->slope.known = false;
+    emit->settles = emit->waits = emit->slope.known = emit->lent = false;
     emit->gear.phase = GEAR_OFF;
     emit->y = emit->axes.v_mm_s = emit->path_mm_s = emit->ramp = 0.0f;
     emit->along_mm = emit->along_rest_mm = 0.0f;
@@ -59,7 +60,7 @@ void emit_reset(struct emit *emit, const int32_t position_steps[AXIS_COUNT]) {
     emit->stop = AHEAD_GO;
     emit->piece_at = 0;
     emit->power = (struct power_place){0};
-    axes_stand(&emit->axes, position_steps);
+    axes_rest(&emit->axes, position_steps);
     for (unsigned ax = 0; ax < CORE_AXES; ax++)
         emit->corner[ax] = (int64_t)(emit->plan->position_mm[ax] * steps_of(emit, ax) * (double)EMIT_CORNER);
     stand_still(emit);
@@ -72,7 +73,7 @@ void emit_set_shaper(struct emit *emit) {
 
 /* The axes follow where the path was: they are still under way when it has ended. */
 static bool is_behind(const struct emit *emit) {
-    return history_moves(&emit->history, emit->axes.shaper);
+    return !emit->lent && history_moves(&emit->history, emit->axes.shaper);
 }
 
 static bool dwells(const struct emit *emit) {
@@ -319,12 +320,17 @@ static void make_sample(struct emit *emit, struct segment *segment) {
     finish(emit, segment, axes_ns(&emit->axes, time_s));
 }
 
+/* What belongs to the shaped motion; that of a host has left others there. */
+static const struct piece *shape_piece(const struct emit *emit) {
+    return path_piece(&emit->plan->path, emit->shape.piece);
+}
+
 /* The path continues for this time, or to a stop, or it rests until the axes do, too.
  * @return the piece that belongs to it; *time_s becomes the time that the sample takes, *took_s that of the
  * way */
 static const struct piece *travel_shaped(struct emit *emit, int64_t at[SHAPER_LANES], float *time_s,
                                          float *took_s) {
-    const struct piece *piece = &emit->plan->path.pieces[emit->shape.piece];
+    const struct piece *piece = shape_piece(emit);
     *took_s = 0.0f;
     if (emit->settles || travel_ends(emit)) {
         float left_s = (float)(emit->axes.shaper->window_ns - emit->history.now.still_ns) * 1e-9f;
@@ -360,20 +366,20 @@ static float follow(struct emit *emit, struct segment *segment, float time_s) {
 
 /* A sample of the path, and where the axes are after it. */
 static void make_shaped(struct emit *emit, struct segment *segment) {
-    float took_s, time_s = emit_stop_longer_s(emit, emit->axes.shaper->sample_s), v0 = emit->axes.v_mm_s,
-                  path_v0 = emit->path_mm_s;
+    float took_s, time_s = emit_stop_longer_s(emit, emit->axes.v_mm_s, emit->axes.shaper->sample_s),
+                  v0 = emit->axes.v_mm_s, path_v0 = emit->path_mm_s;
     int64_t at[SHAPER_LANES];
     memcpy(at, emit->history.now.in, sizeof at);
     const struct piece *piece = travel_shaped(emit, at, &time_s, &took_s);
     uint32_t ns = axes_ns(&emit->axes, time_s);
     push_sample(emit, at, took_s, ns, path_v0, piece);
     emit->settles = emit->settles && is_behind(emit);
-    piece = &emit->plan->path.pieces[emit->shape.piece];
+    piece = shape_piece(emit);
     segment->line = piece->line;
     segment->flags = segment_flags(piece->flags);
     float part = follow(emit, segment, time_s);
-    emit_power(emit, segment, piece, (uint32_t)emit->shape.out[SHAPER_PLACE], part * v0, part * emit->axes.v_mm_s,
-               time_s);
+    emit_power(emit, segment, piece, (uint32_t)emit->shape.out[SHAPER_PLACE], part * v0,
+               part * emit->axes.v_mm_s, time_s);
     finish(emit, segment, ns);
 }
 
@@ -399,7 +405,8 @@ static void find_geared(const struct emit *emit, int64_t at[CORE_AXES]) {
 static void make_geared(struct emit *emit, struct segment *segment) {
     struct gear *gear = &emit->gear;
     bool shaped = shaper_is_on(emit->axes.shaper), waits = gear->phase == GEAR_WAITS;
-    float asked_s = shaped ? emit->axes.shaper->sample_s : emit_stop_longer_s(emit, GEAR_SAMPLE_S),
+    float asked_s = shaped ? emit->axes.shaper->sample_s
+                           : emit_stop_longer_s(emit, emit->axes.v_mm_s, GEAR_SAMPLE_S),
           v0 = fabsf(gear->v_mm_s);
     double time_s = gear_sample(gear, &emit->spindle, asked_s, shaped, emit->now_us);
     uint32_t ns = axes_ns(&emit->axes, (float)time_s);
@@ -414,7 +421,7 @@ static void make_geared(struct emit *emit, struct segment *segment) {
         find_geared(emit, at);
         emit->path_mm_s = fabsf(gear->v_mm_s);
         if (shaped) {
-            push_sample(emit, at, (float)time_s, ns, v0, &emit->plan->path.pieces[emit->shape.piece]);
+            push_sample(emit, at, (float)time_s, ns, v0, shape_piece(emit));
             (void)follow(emit, segment, (float)time_s);
         } else {
             segment->ramp = axes_ramp(v0, emit->path_mm_s);
@@ -485,7 +492,8 @@ static uint32_t reach_us(const void *ctx) {
     if (!is_firm(emit))
         return AHEAD_NEAR_US;
     /* Nearer where something is sought (homing, probing), and for want of records (motion/history.h). */
-    return emit->axes.shaper == &emit->plan->unshaped || shaper_is_on(emit->axes.shaper) ? AHEAD_FULL_US : AHEAD_FAR_US;
+    return emit->axes.shaper == &emit->plan->unshaped || shaper_is_on(emit->axes.shaper) ? AHEAD_FULL_US
+                                                                                         : AHEAD_FAR_US;
 }
 
 static uint32_t news(const void *ctx) {
@@ -526,6 +534,17 @@ static uint32_t work(const void *ctx) {
     return emit->work + (shaper_is_on(emit->axes.shaper) ? SHAPED_WORK : 0u);
 }
 
+void emit_lend(struct emit *emit) {
+    memcpy(emit->lent_in, emit->history.now.in, sizeof emit->lent_in);
+    emit->lent = true;
+}
+
+static void take_back(struct emit *emit) {
+    emit->lent = false;
+    history_rest(&emit->history, emit->lent_in);
+    emit_save(emit, emit->ahead->commit);
+}
+
 bool emit_claim(struct emit *emit) {
     static const struct ahead_source source = {.make = make,
                                                .rests = rests,
@@ -538,5 +557,9 @@ bool emit_claim(struct emit *emit) {
                                                .save = emit_save,
                                                .load = emit_load,
                                                .release = emit_release};
-    return ahead_claim(emit->ahead, AHEAD_PLANNER, &source, emit);
+    if (!ahead_claim(emit->ahead, AHEAD_PLANNER, &source, emit))
+        return false;
+    if (emit->lent)
+        take_back(emit);
+    return true;
 }

@@ -17,6 +17,7 @@
 #include "motion/planner.h"
 #include "motion/ramp.h"
 #include "segment/ahead.h"
+#include "segment/host_queue.h"
 
 /** 1 step in units of a sum of chords: a million of them are off by less than 1/1000 step. */
 #define EMIT_CORNER_BITS 31
@@ -24,17 +25,17 @@
 
 /** State that making segments changes, in one block: it is kept at a mark, and taken back. */
 #define EMIT_STATE                                                                                           \
-    int64_t corner[CORE_AXES];    /* control point at the end of the piece at tail, 1/EMIT_CORNER step */    \
-    uint64_t dwelt_ns;            /* made of dwell_ns, since the last reset */                               \
-    struct axes axes;             /* their shaper is one of the plan's */                                    \
-    float along_mm;               /* from the control point before to the place on the straight part ... */  \
-    float along_rest_mm;          /* ... and what a float loses of it: a slow move is many small sums */     \
-    float left;                   /* of this half of a blend, 0.5 .. 0 of all of it */                       \
-    float y;                      /* motion/timing.h */                                                      \
-    float path_mm_s;              /* speed of the path, which the axes follow */                             \
-    ramp_state ramp;              /* of its acceleration */                                                  \
-    uint32_t piece_at;            /* place where the piece at tail begins (motion/power.h) */                \
-    struct power_place power;     /* at the end of the last segment */                                       \
+    int64_t corner[CORE_AXES]; /* control point at the end of the piece at tail, 1/EMIT_CORNER step */       \
+    uint64_t dwelt_ns;         /* made of dwell_ns, since the last reset */                                  \
+    struct axes axes;          /* their shaper is one of the plan's */                                       \
+    float along_mm;            /* from the control point before to the place on the straight part ... */     \
+    float along_rest_mm;       /* ... and what a float loses of it: a slow move is many small sums */        \
+    float left;                /* of this half of a blend, 0.5 .. 0 of all of it */                          \
+    float y;                   /* motion/timing.h */                                                         \
+    float path_mm_s;           /* speed of the path, which the axes follow */                                \
+    ramp_state ramp;           /* of its acceleration */                                                     \
+    uint32_t piece_at;         /* place where the piece at tail begins (motion/power.h) */                   \
+    struct power_place power;  /* at the end of the last segment */                                          \
     uint16_t next_id;                                                                                        \
     uint8_t ended_flags; /* of the piece that ended in the last stop; enum motion_flags */                   \
     bool entered;        /* the piece at tail has begun */                                                   \
@@ -55,6 +56,19 @@ struct emit_place {
     uint32_t limits;          /* emit.limits then */
     struct history_place history;
     struct gear_place gear;
+};
+
+/** The same of a host's motion; motion/hosted.h. */
+struct hosted_place {
+    struct host_queue_place queue;
+    struct history_place history;
+    struct axes axes;
+};
+
+/** Motion has one owner, so marks have states of one kind. */
+union emit_mark {
+    struct emit_place place;
+    struct hosted_place hosted;
 };
 
 /** dy/dt on a half of a blend, which stays legal to its end: on a straight line between two places that are.
@@ -94,7 +108,9 @@ struct emit {
     uint32_t work;                   /* the newest segment took, in stretches of the path */
     uint32_t starved;                /* times a next move came after it had run dry */
     uint64_t dwell_ns;               /* asked for since the last reset */
-    struct emit_place places[QUEUE_MARKS];
+    int64_t lent_in[SHAPER_LANES];   /* where the path rests while a host's motion has the history; only if */
+    bool lent;
+    union emit_mark places[QUEUE_MARKS];
 };
 
 void emit_init(struct emit *emit, struct plan *plan, struct ahead *ahead);
@@ -107,6 +123,9 @@ void emit_set_shaper(struct emit *emit);
 
 /** At rest: all that is not made yet, and where it begins, moves by so much. */
 void emit_shift(struct emit *emit, const int32_t steps[AXIS_COUNT]);
+
+/** Nothing is behind: a host's motion has the history and the marks until emit_claim() or emit_reset(). */
+void emit_lend(struct emit *emit);
 
 /** Motion becomes the planner's, when that of another source has come to rest. */
 bool emit_claim(struct emit *emit);

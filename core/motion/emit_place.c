@@ -7,7 +7,7 @@
 
 void emit_save(void *ctx, uint32_t at) {
     struct emit *emit = ctx;
-    struct emit_place *place = &emit->places[at];
+    struct emit_place *place = &emit->places[at].place;
     place->state = emit->state;
     place->tail = emit->plan->path.tail;
     place->stop_tail = emit->plan->path.stop_tail;
@@ -18,7 +18,7 @@ void emit_save(void *ctx, uint32_t at) {
 
 void emit_load(void *ctx, uint32_t at, enum ahead_return why) {
     struct emit *emit = ctx;
-    const struct emit_place *place = &emit->places[at];
+    const struct emit_place *place = &emit->places[at].place;
     emit->slope.known = false;
     emit->state = place->state;
     emit->late = emit->late || place->limits != emit->limits;
@@ -39,12 +39,12 @@ static uint32_t oldest_piece(const struct history *history, const struct emit_pl
 
 void emit_release(void *ctx, uint32_t at) {
     struct emit *emit = ctx;
-    uint32_t oldest = oldest_piece(&emit->history, &emit->places[at]);
+    uint32_t oldest = oldest_piece(&emit->history, &emit->places[at].place);
     if ((int32_t)(oldest - emit->plan->path.kept) > 0)
         emit->plan->path.kept = oldest;
-    emit->plan->path.stop_kept = emit->places[at].stop_tail;
-    emit->plan->power.kept = emit->places[at].state.power.mark;
-    history_release(&emit->history, &emit->places[at].history);
+    emit->plan->path.stop_kept = emit->places[at].place.stop_tail;
+    emit->plan->power.kept = emit->places[at].place.state.power.mark;
+    history_release(&emit->history, &emit->places[at].place.history);
 }
 
 /* ---- of the state itself ---- */
@@ -55,6 +55,7 @@ void emit_shift(struct emit *emit, const int32_t steps[AXIS_COUNT]) {
     for (unsigned ax = 0; ax < CORE_AXES; ax++) {
         emit->corner[ax] += steps[ax] * EMIT_CORNER;
         emit->history.now.in[ax] += (int64_t)steps[ax] * HISTORY_STEP;
+        emit->lent_in[ax] += (int64_t)steps[ax] * HISTORY_STEP;
     }
 }
 

@@ -20,10 +20,10 @@ static float stop_least_s(const struct emit *emit) {
     return least_s;
 }
 
-float emit_stop_longer_s(const struct emit *emit, float time_s) {
-    if (emit->stop != AHEAD_STOP || emit->axes.v_mm_s <= 0.0f)
+float emit_stop_longer_s(const struct emit *emit, float v_mm_s, float time_s) {
+    if (emit->stop != AHEAD_STOP || v_mm_s <= 0.0f)
         return time_s;
-    float longer_s = stop_least_s(emit) * sqrtf(max_f(emit->stop_v_mm_s / emit->axes.v_mm_s, 1.0f));
+    float longer_s = stop_least_s(emit) * sqrtf(max_f(emit->stop_v_mm_s / v_mm_s, 1.0f));
     return max_f(time_s, min_f(longer_s, emit->stop_most_s));
 }
 
@@ -41,20 +41,26 @@ float emit_stop_sample_s(const struct emit *emit) {
     return room < across * (least_s * least_s) ? least_s : sqrtf(room / across);
 }
 
+void emit_stop_lengths(struct emit *emit, const struct shaper *shaper, float v_mm_s, float brakes_s) {
+    const struct plan *plan = emit->plan;
+    float steps_per_mm = 1.0f, stop_s = brakes_s + (float)shaper->window_ns * 1e-9f;
+    for (unsigned ax = 0; ax < plan->limits.axis_count; ax++)
+        steps_per_mm = max_f(steps_per_mm, plan->limits.steps_per_mm[ax]);
+    float most_s = 0.9f * (float)SEGMENT_MAX_STEPS / (max_f(v_mm_s, 1e-3f) * steps_per_mm);
+    float usual_s = shaper_is_on(shaper) ? shaper->sample_s : STOP_FIRST * plan->curve_s;
+    emit->stop_samples = 0;
+    emit->stop_v_mm_s = v_mm_s;
+    emit->stop_first_s = min_f(max_f(usual_s, stop_s / STOP_SAMPLES), most_s);
+    emit->stop_most_s = min_f(max_f(STOP_SAMPLE_S, stop_s / STOP_LONGEST), most_s);
+}
+
 /* On a blend the square root of y falls by that acceleration; where the blend turns far it is much more than
  * the speed along the path. */
 void emit_stop_begin(struct emit *emit) {
-    struct plan *plan = emit->plan;
+    const struct path *path = &emit->plan->path;
     float v_mm_s = max_f(emit->axes.v_mm_s, 1e-3f), falls_mm_s = max_f(v_mm_s, sqrtf(max_f(emit->y, 0.0f))),
-          steps_per_mm = 1.0f, stop_s = (float)emit->axes.shaper->window_ns * 1e-9f;
-    for (unsigned ax = 0; ax < plan->limits.axis_count; ax++)
-        steps_per_mm = max_f(steps_per_mm, plan->limits.steps_per_mm[ax]);
-    if (path_count(&plan->path) > 0)
-        stop_s += falls_mm_s / (plan->path.near_part * path_piece(&plan->path, plan->path.tail)->accel_mm_s2);
-    float most_s = 0.9f * (float)SEGMENT_MAX_STEPS / (v_mm_s * steps_per_mm);
-    float usual_s = shaper_is_on(emit->axes.shaper) ? emit->axes.shaper->sample_s : STOP_FIRST * plan->curve_s;
-    emit->stop_samples = 0;
-    emit->stop_v_mm_s = emit->axes.v_mm_s;
-    emit->stop_first_s = min_f(max_f(usual_s, stop_s / STOP_SAMPLES), most_s);
-    emit->stop_most_s = min_f(max_f(STOP_SAMPLE_S, stop_s / STOP_LONGEST), most_s);
+          brakes_s = 0.0f;
+    if (path_count(path) > 0)
+        brakes_s = falls_mm_s / (path->near_part * path_piece(&emit->plan->path, path->tail)->accel_mm_s2);
+    emit_stop_lengths(emit, emit->axes.shaper, emit->axes.v_mm_s, brakes_s);
 }

@@ -26,6 +26,7 @@ struct motion_limits {
     float junction_deviation_mm;     /* >= 0, $11: how far the path may lie off the programmed one */
     float jerk_mm_s3;                /* >= 0, $40; 0: none is limited */
     struct shaper_mode shaper[AXIS_COUNT];
+    bool shape_host;    /* they are for the motion of a network host, too */
     bool coupled;       /* the shapers of X and Y are for the sum and the difference of these joints */
     uint8_t axis_count; /* axes that exist: X .. */
 };

@@ -7,10 +7,8 @@
 #include <stddef.h>
 #include <string.h>
 
-#define SLICE_S      0.003f    /* aim for the duration of a slice */
-#define WAIT_NS      20000000u /* of one slice of a dwell, or before a very slow step */
-#define SAMPLE_MAX_S 0.02f     /* a host's slices are at most this long; a longer segment is a move */
-#define CHANGE_MAX   1e9f      /* of a dwell */
+#define SAMPLE_MAX_S 0.02f /* a host's slices are at most this long; a longer segment is a move */
+#define CHANGE_MAX   1e9f  /* of a dwell */
 #define GRADE_S      0.01f /* so much before and after a place tells how fast the host changes speed there */
 #define GRADE_NS     ((uint64_t)(GRADE_S * 1e9f))
 #define GRADE_MAX    (HOST_QUEUE_SIZE / 2u) /* segments that do */
@@ -18,6 +16,8 @@
 #define OWN_LEGAL    1.2f /* of a host that keeps the limits, measured roughly; and of all together */
 #define CHANGE_LEAP  0.4f /* so much of it is for the pace where the host is far beyond the limits */
 #define PHASES       256u /* of a step */
+
+const struct host_queue_pieces host_queue_usual = {.slice_s = 0.003f, .wait_ns = 20000000u};
 
 void host_queue_init(struct host_queue *queue, struct ahead *ahead) {
     memset(queue, 0, sizeof *queue);
@@ -41,7 +41,9 @@ void host_queue_forget_ahead(struct host_queue *queue) {
 }
 
 void host_queue_clear(struct host_queue *queue) {
-    queue->tail = queue->kept = queue->head;
+    if (queue->ahead->owner == AHEAD_HOST)
+        ahead_abandon(queue->ahead);
+    queue->tail = queue->kept = queue->named = queue->head;
     queue->queued_ns = 0;
     queue->pace_sq = 0.0f;
     queue->done = 0;
@@ -208,6 +210,8 @@ static float left_part(float own) {
  * leaves room for the change of the pace. */
 static float jump_sq(const struct host_queue *queue, const struct host_queue_slot *before,
                      const struct host_queue_slot *slot) {
+    if (queue->limits.rests_to_probe && ((before->flags ^ slot->flags) & SEGMENT_PROBE) != 0)
+        return 0.0f;
     float shorter_ns = min_f((float)before->duration_ns, (float)slot->duration_ns);
     float mean_s = 0.5e-9f * (float)(before->duration_ns + slot->duration_ns);
     float sample_s = min_f(mean_s, SAMPLE_MAX_S), quantum_s = min_f(shorter_ns * 1e-9f, SAMPLE_MAX_S);
@@ -265,6 +269,8 @@ void host_queue_take(struct host_queue *queue) {
     queue->underruns += queue->ran_dry ? 1 : 0;
     queue->ran_dry = false;
     queue->queued_ns += slot->duration_ns;
+    queue->ids[number & (HOST_QUEUE_NAMES - 1)] = slot->id;
+    queue->flags[number & (HOST_QUEUE_NAMES - 1)] = slot->flags;
     queue->head++;
     uint32_t changed = queue->graded;
     grade(queue);
@@ -344,14 +350,14 @@ static void finish_segment(struct host_queue *queue, const struct host_queue_slo
 }
 
 /* A dwell has no speed: the pace may change immediately. */
-static bool dwell_slice(struct host_queue *queue, struct segment *segment,
-                        const struct host_queue_slot *slot) {
+static bool dwell_slice(struct host_queue *queue, struct segment *segment, const struct host_queue_slot *slot,
+                        uint32_t wait_ns) {
     if (queue->hold) {
         queue->pace_sq = 0.0f;
         return false;
     }
     double left_ns = (double)slot->duration_ns - queue->dwelt_ns;
-    double slice_ns = left_ns < 2.0 * WAIT_NS ? left_ns : WAIT_NS;
+    double slice_ns = left_ns < 2.0 * wait_ns ? left_ns : wait_ns;
     make_wait(queue, segment, slot, slice_ns);
     queue->dwelt_ns += slice_ns;
     if (slice_ns < left_ns)
@@ -367,14 +373,15 @@ static float end_sq(struct host_queue *queue) {
     return queue->tail + 1 == queue->head ? 0.0f : slot_at(queue, queue->tail + 1)->entry_sq;
 }
 
-/* Segment time that the next slice covers, s: what takes SLICE_S; no further than to where speeding up meets
+/* Segment time that the next slice covers, s: what takes slice_s; no further than to where speeding up meets
  * braking, so that a slice speeds up or slows down. */
-static float slice_length_s(const struct host_queue *queue, float change, float left_s, float end) {
+static float slice_length_s(const struct host_queue *queue, float slice_s, float change, float left_s,
+                            float end) {
     float pace = sqrtf(queue->pace_sq);
-    float gain = 0.5f * change * SLICE_S * SLICE_S;
+    float gain = 0.5f * change * slice_s * slice_s;
     if (queue->hold)
-        return pace * SLICE_S - min_f(gain, 0.5f * pace * SLICE_S);
-    float length = min_f(pace * SLICE_S + gain, SLICE_S);
+        return pace * slice_s - min_f(gain, 0.5f * pace * slice_s);
+    float length = min_f(pace * slice_s + gain, slice_s);
     /* pace^2 + 2 c x = end + 2 c (left - x) */
     float meet = 0.5f * (left_s + (end - queue->pace_sq) / (2.0f * change));
     return meet > 0.0f ? min_f(length, meet) : length;
@@ -406,8 +413,8 @@ static bool stands_now(const struct host_queue *queue, float change, float step_
     return queue->hold && queue->pace_sq <= 2.0f * change * step_s;
 }
 
-static bool move_slice(struct host_queue *queue, struct segment *segment,
-                       const struct host_queue_slot *slot) {
+static bool move_slice(struct host_queue *queue, struct segment *segment, const struct host_queue_slot *slot,
+                       const struct host_queue_pieces *pieces) {
     double step_ns = (double)slot->duration_ns / (double)slot->dominant;
     float step_s = (float)(step_ns * 1e-9), end = end_sq(queue);
     uint32_t left = slot->dominant - queue->done;
@@ -416,7 +423,7 @@ static bool move_slice(struct host_queue *queue, struct segment *segment,
         queue->pace_sq = 0.0f;
         return false;
     }
-    float wanted = slice_length_s(queue, slot->change, left_s, end) / step_s;
+    float wanted = slice_length_s(queue, pieces->slice_s, slot->change, left_s, end) / step_s;
     uint32_t most = left < SEGMENT_MAX_STEPS ? left : SEGMENT_MAX_STEPS;
     uint32_t count = wanted >= (float)most ? most : wanted < 1.0f ? 1u : (uint32_t)wanted;
     double x_ns = step_ns * (double)count;
@@ -425,9 +432,9 @@ static bool move_slice(struct host_queue *queue, struct segment *segment,
     if (queue->pace_sq < 1.0f || after_sq < 1.0f)
         ns = 1e9 * (double)stretch_s(queue->pace_sq, after_sq, (float)count * step_s, slot->change);
     /* A step that takes long waits in slices, so that a hold or a stop is not late by the whole of it. */
-    if (count == 1 && ns - queue->waited_ns > 2.0 * WAIT_NS) {
-        make_wait(queue, segment, slot, WAIT_NS);
-        queue->waited_ns += WAIT_NS;
+    if (count == 1 && ns - queue->waited_ns > 2.0 * pieces->wait_ns) {
+        make_wait(queue, segment, slot, pieces->wait_ns);
+        queue->waited_ns += pieces->wait_ns;
         return true;
     }
     make_steps(queue, segment, slot, count, ns > queue->waited_ns ? ns - queue->waited_ns : 0.0,
@@ -440,24 +447,24 @@ static bool move_slice(struct host_queue *queue, struct segment *segment,
     return true;
 }
 
-/* ---- as a source of segments ---- */
-
-static bool make(void *ctx, struct segment *segment) {
-    struct host_queue *queue = ctx;
+bool host_queue_make(struct host_queue *queue, const struct host_queue_pieces *pieces,
+                     struct segment *segment) {
     if (host_queue_is_quiet(queue))
         return false;
     const struct host_queue_slot *slot = slot_at(queue, queue->tail);
-    return slot->dominant == 0 ? dwell_slice(queue, segment, slot) : move_slice(queue, segment, slot);
+    return slot->dominant == 0 ? dwell_slice(queue, segment, slot, pieces->wait_ns)
+                               : move_slice(queue, segment, slot, pieces);
 }
 
-static bool rests(const void *ctx) {
-    const struct host_queue *queue = ctx;
+/* ---- for a source of segments ---- */
+
+bool host_queue_rests(const struct host_queue *queue) {
     const struct host_queue_slot *slot = &queue->slots[queue->tail & (HOST_QUEUE_SIZE - 1)];
     return queue->pace_sq == 0.0f || host_queue_is_empty(queue) || slot->dominant == 0;
 }
 
 /* The end of the queue is further than twice the way to a stop, or it is the end. */
-static bool is_firm(const struct host_queue *queue) {
+bool host_queue_is_firm(const struct host_queue *queue) {
     if (host_queue_is_empty(queue))
         return true;
     const struct host_queue_slot *slot = &queue->slots[queue->tail & (HOST_QUEUE_SIZE - 1)];
@@ -470,49 +477,26 @@ static bool is_firm(const struct host_queue *queue) {
     return slot->dominant > 0 && left_s * slot->change > queue->pace_sq;
 }
 
-static uint32_t reach_us(const void *ctx) {
-    return is_firm(ctx) ? AHEAD_FULL_US : AHEAD_NEAR_US;
+/* s changes by c per second. */
+float host_queue_stop_s(const struct host_queue *queue) {
+    if (host_queue_is_empty(queue))
+        return 0.0f;
+    return sqrtf(queue->pace_sq) / queue->slots[queue->tail & (HOST_QUEUE_SIZE - 1)].change;
 }
 
-static uint32_t news(const void *ctx) {
-    const struct host_queue *queue = ctx;
-    return queue->head;
+void host_queue_save(const struct host_queue *queue, struct host_queue_place *place) {
+    *place = (struct host_queue_place){.tail = queue->tail,
+                                       .done = queue->done,
+                                       .pace_sq = queue->pace_sq,
+                                       .ran_dry = queue->ran_dry,
+                                       .dwelt_ns = queue->dwelt_ns,
+                                       .waited_ns = queue->waited_ns,
+                                       .time_ns = queue->time_ns,
+                                       .queued_ns = queue->queued_ns,
+                                       .head = queue->head};
 }
 
-static bool stop(void *ctx, enum ahead_stop how) {
-    struct host_queue *queue = ctx;
-    queue->hold = how == AHEAD_STOP || queue->hold_asked;
-    return how != AHEAD_END;
-}
-
-/* They are copied: cheap. */
-static uint32_t portion(const void *ctx) {
-    (void)ctx;
-    return UINT32_MAX;
-}
-
-static uint32_t work(const void *ctx) {
-    (void)ctx;
-    return 1;
-}
-
-static void save(void *ctx, uint32_t at) {
-    struct host_queue *queue = ctx;
-    queue->places[at] = (struct host_queue_place){.tail = queue->tail,
-                                                  .done = queue->done,
-                                                  .pace_sq = queue->pace_sq,
-                                                  .ran_dry = queue->ran_dry,
-                                                  .dwelt_ns = queue->dwelt_ns,
-                                                  .waited_ns = queue->waited_ns,
-                                                  .time_ns = queue->time_ns,
-                                                  .queued_ns = queue->queued_ns,
-                                                  .head = queue->head};
-}
-
-static void load(void *ctx, uint32_t at, enum ahead_return why) {
-    struct host_queue *queue = ctx;
-    const struct host_queue_place *place = &queue->places[at];
-    (void)why;
+void host_queue_load(struct host_queue *queue, const struct host_queue_place *place) {
     queue->tail = place->tail;
     queue->done = place->done;
     queue->pace_sq = place->pace_sq;
@@ -526,9 +510,11 @@ static void load(void *ctx, uint32_t at, enum ahead_return why) {
     queue->ran_dry = place->ran_dry && host_queue_is_empty(queue);
 }
 
-static void release(void *ctx, uint32_t at) {
-    struct host_queue *queue = ctx;
-    queue->kept = queue->places[at].tail;
+void host_queue_release(struct host_queue *queue, uint32_t kept, uint32_t named) {
+    if ((int32_t)(kept - queue->kept) > 0)
+        queue->kept = kept;
+    if ((int32_t)(named - queue->named) > 0)
+        queue->named = named;
 }
 
 void host_queue_hold(struct host_queue *queue, bool on) {
@@ -537,20 +523,4 @@ void host_queue_hold(struct host_queue *queue, bool on) {
     queue->hold = queue->hold_asked = on;
     if (queue->ahead->owner == AHEAD_HOST)
         ahead_change(queue->ahead);
-}
-
-bool host_queue_poll(struct host_queue *queue) {
-    static const struct ahead_source source = {.make = make,
-                                               .rests = rests,
-                                               .reach_us = reach_us,
-                                               .news = news,
-                                               .stop = stop,
-                                               .portion = portion,
-                                               .work = work,
-                                               .save = save,
-                                               .load = load,
-                                               .release = release};
-    if (queue->ahead->owner != AHEAD_HOST && host_queue_is_quiet(queue))
-        return false;
-    return ahead_claim(queue->ahead, AHEAD_HOST, &source, queue) && ahead_poll(queue->ahead);
 }

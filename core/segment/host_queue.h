@@ -40,6 +40,7 @@ struct host_queue_limits {
     float rate_steps_s[AXIS_COUNT];   /* > 0 */
     float accel_steps_s2[AXIS_COUNT]; /* > 0 */
     uint8_t axis_count;
+    bool rests_to_probe; /* before and after segments that probe: they are not shaped (motion/hosted.h) */
 };
 
 enum host_queue_result {
@@ -51,6 +52,10 @@ enum host_queue_result {
 };
 
 #define HOST_QUEUE_STRETCH_MAX 10.0
+
+/** So many of the newest segments can be named: those that wait, and those that the axes have still to do
+ * when they are shaped (motion/hosted.h). */
+#define HOST_QUEUE_NAMES 256u
 
 struct host_queue_slot {
     int32_t steps[AXIS_COUNT];
@@ -78,7 +83,8 @@ struct host_queue {
     struct ahead *ahead;
     struct host_queue_limits limits;
     uint32_t head, tail;                    /* segments ever taken in order, and ever finished here; wrap */
-    uint32_t kept;                          /* from here on they may have to be made again */
+    uint32_t kept;                          /* from here on they may have to be made again ... */
+    uint32_t named;                         /* ... and named, by ids and flags */
     uint32_t first;                         /* came after a rest */
     uint32_t graded;                        /* from here on c is not known yet */
     float own;                              /* the host's part of the acceleration where that one begins */
@@ -92,7 +98,8 @@ struct host_queue {
     uint64_t queued_ns;                  /* of all segments taken and not finished, at full pace */
     uint32_t underruns, stretched;
     struct host_queue_slot slots[HOST_QUEUE_SIZE];
-    struct host_queue_place places[QUEUE_MARKS];
+    uint16_t ids[HOST_QUEUE_NAMES];
+    uint8_t flags[HOST_QUEUE_NAMES];
 };
 
 /** Empty; counters at zero. */
@@ -109,7 +116,9 @@ void host_queue_clear(struct host_queue *queue);
 
 /** Places from head on. */
 static inline uint32_t host_queue_free(const struct host_queue *queue) {
-    return HOST_QUEUE_SIZE - (queue->head - queue->kept);
+    uint32_t made = HOST_QUEUE_SIZE - (queue->head - queue->kept);
+    uint32_t told = HOST_QUEUE_NAMES - (queue->head - queue->named);
+    return made < told ? made : told;
 }
 
 /** The segment that comes `ahead` places after head is there. @param ahead  0 .. HOST_QUEUE_SIZE - 1 */
@@ -135,9 +144,37 @@ void host_queue_forget_ahead(struct host_queue *queue);
 /** Slow down along the path and stand; or continue. */
 void host_queue_hold(struct host_queue *queue, bool on);
 
-/** Publish slices, once motion is the host's.
- *  @return true when any was. Never blocks. */
-bool host_queue_poll(struct host_queue *queue);
+/** How long slices are: as a queue alone makes them, or for what samples them. */
+struct host_queue_pieces {
+    float slice_s;    /* aim for this duration of a slice */
+    uint32_t wait_ns; /* of one slice of a dwell, or before a very slow step */
+};
+extern const struct host_queue_pieces host_queue_usual;
+
+/** The next slice: flags, steps, phases, duration, ramp, line, duty. @return false: none comes now */
+bool host_queue_make(struct host_queue *queue, const struct host_queue_pieces *pieces,
+                     struct segment *segment);
+
+/** At rest after what was made, or in a dwell. */
+bool host_queue_rests(const struct host_queue *queue);
+
+/** More segments cannot change how fast the next slices are. */
+bool host_queue_is_firm(const struct host_queue *queue);
+
+/** Stop along the path, for the end of a batch; or not, as the host has asked. */
+static inline void host_queue_stop(struct host_queue *queue, bool on) {
+    queue->hold = on || queue->hold_asked;
+}
+
+/** About how long a stop takes from here. */
+float host_queue_stop_s(const struct host_queue *queue);
+
+/** The state, to be taken back; segments taken meanwhile stay taken. */
+void host_queue_save(const struct host_queue *queue, struct host_queue_place *place);
+void host_queue_load(struct host_queue *queue, const struct host_queue_place *place);
+
+/** Segments before `kept` are not made again, and those before `named`, which is not beyond it, not named. */
+void host_queue_release(struct host_queue *queue, uint32_t kept, uint32_t named);
 
 /** The line of a slice: whose it is, also when the segment's place has been given to another one. */
 static inline uint32_t host_queue_line(uint32_t number, uint16_t id) {

@@ -146,6 +146,8 @@ struct settings {
     uint8_t laser_curve_80_pct;
     /** $98 [us] 0..2000: Laser: time from signal to light; changes of S go out so much earlier. */
     uint16_t laser_rise_us;
+    /** $99: Input shapers and limited jerk act on what a network host streams, too. */
+    bool shape_host;
     /** $100..$105 [steps/mm] 0.001..20000: Steps that move the axis by 1 mm (1 degree). */
     float steps_per_mm[AXIS_COUNT];
     /** $110..$115 [mm/min] 0.001..1000000: Maximum speed of the axis, used by G0. */
@@ -317,6 +319,7 @@ enum setting_number {
     SETTING_LASER_CURVE_60_PCT = 96,
     SETTING_LASER_CURVE_80_PCT = 97,
     SETTING_LASER_RISE_US = 98,
+    SETTING_SHAPE_HOST = 99,
     SETTING_STEPS_PER_MM = 100,
     SETTING_MAX_RATE_MM_MIN = 110,
     SETTING_ACCELERATION_MM_S2 = 120,
@@ -385,7 +388,7 @@ enum setting_effect {
 };
 
 /** Rows of the table (a per-axis row stands for six settings), and settings in all on six axes. */
-enum { SETTINGS_ROW_COUNT = 117, SETTINGS_COUNT = 197 };
+enum { SETTINGS_ROW_COUNT = 118, SETTINGS_COUNT = 198 };
 
 /** The greatest N of $N. */
 enum { SETTINGS_NUMBER_MAX = 748 };

@@ -318,6 +318,9 @@ static void finish_portions(struct machine *machine, bool own_motion) {
     struct motion *motion = &machine->drive.motion;
     while (motion->works && motion_poll(motion, hal_time_us(machine->hal)))
         ;
+    while (motion->ahead.owner == AHEAD_HOST && ahead_is_making(&motion->ahead) &&
+           hosted_poll(&machine->host.hosted))
+        ;
     while (!own_motion && machine_poll_motion(machine))
         ;
 }

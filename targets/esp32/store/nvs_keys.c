@@ -71,6 +71,7 @@ const struct nvs_key nvs_keys[SETTINGS_COUNT] = {
     {96, NVS_U8, "curve_60"},
     {97, NVS_U8, "curve_80"},
     {98, NVS_U16, "laser_rise"},
+    {99, NVS_U8, "shape_host"},
     {100, NVS_FLOAT, "spm_x"},
     {101, NVS_FLOAT, "spm_y"},
     {102, NVS_FLOAT, "spm_z"},
