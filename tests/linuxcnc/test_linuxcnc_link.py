@@ -14,7 +14,14 @@ from wire_device import OTHER, TIMER_HZ
 from wire_device import Device as VirtualDevice
 
 
-def test_it_follows_to_the_step(bench: Bench) -> None:
+def shaped(shaper: int) -> dict[int, float]:
+    return {99: 1, **{170 + axis: shaper for axis in range(6)}}
+
+
+@pytest.mark.parametrize("shaper", [0, 3])
+def test_it_follows_to_the_step(make_bench: Callable[..., Bench], shaper: int) -> None:
+    """With input shapers for a host's motion, too."""
+    bench = make_bench(settings=shaped(shaper))
     bench.enable()
     moves = [mover(bench, joint, target, 50.0) for joint, target in enumerate((20.003, -7.5, 3.3333))]
     bench.each_servo = lambda: [move() for move in moves] and None
