@@ -101,8 +101,8 @@ static void fit_shapers(struct plan *plan) {
     plan->shaped_mm = part * drift;
     fit_ramps(plan, limits->accel_mm_s2[AXIS_X] / all_mm_s2, part);
     float near_s = part < 1.0f ? shaper_reach_s(&plan->shaper) : 0.0f;
-    bool within = shaped ? part == 1.0f && plan->path.mean_s <= 0.0f : room_mm > 0.0f;
-    plan->path.cuts = shaper_is_on(&plan->shaper) && !(within && room_mm > 0.0f);
+    bool within = room_mm > 0.0f && (!shaped || (part >= 1.0f && plan->path.mean_s <= 0.0f));
+    plan->path.cuts = shaper_is_on(&plan->shaper) && !within;
     plan->path.across_mm_s2 = across_mm_s2;
     plan->path.corner_s2 = across_mm_s2 < NO_LIMIT ? mean_s * mean_s * (1.0f / 48.0f) : 0.0f;
     float most_cut_mm = 2.0f * vec_length(plan->path.accel) * plan->path.corner_s2;

@@ -57,11 +57,9 @@ struct knot {
     bool stop; /* the machine rests here, and exactly here */
 };
 
-enum piece_flags { /* in addition to enum motion_flags */
-                   PIECE_STOP = 0x80,
-                   PIECE_ARRIVE =
-                       0x40, /* passed at rest, and the path continues when the axes have come there */
-};
+/** In addition to enum motion_flags. ARRIVE: passed at rest; the path continues when the axes have come
+ * there. */
+enum piece_flags { PIECE_STOP = 0x80, PIECE_ARRIVE = 0x40 };
 
 /** A chord between two control points and the blend at its end. */
 struct piece {
