@@ -142,6 +142,19 @@ def test_every_end_of_a_way_is_within_the_tolerance(machine: Machine, deviation_
     assert_there_and_back(replace(machine, deviation_mm=deviation_mm))
 
 
+def test_a_rotary_axis_reaches_the_end_of_its_way() -> None:
+    """Its acceleration is none across the path of X, Y and Z: they may need no less of theirs, and it does."""
+    host = Host(rate_hz=900_000, pulse_ns=500, axes=4)
+    shapers = {f"s{170 + ax}": ZV for ax in range(4)} | {f"s{180 + ax}": 60 for ax in range(3)} | {"s183": 20}
+    host.settings(**EVEN.settings() | shapers | {"s120": 100, "s121": 100, "s122": 100})
+    host.settings(s103=100, s113=6000, s123=1000)
+    run = host.run("G90G0A90\nA0\nA90\nA45\n")
+    host.close()
+    at = run.positions()[:, 3]
+    turns = [0, *(at[n] for n in np.flatnonzero(np.diff(np.sign(np.diff(at)))) + 1), at[-1]]
+    assert turns == [0, 9000, 0, 9000, 4500]
+
+
 def assert_there_and_back(machine: Machine) -> None:
     run, vertices = performed(machine, PROGRAMS["there and back"]), vertices_of(PROGRAMS["there and back"])
     assert_lawful(run, machine)
