@@ -16,10 +16,11 @@
 #define GEAR_SAMPLE_S 0.002f  /* of motion that follows the spindle */
 #define ENOUGH_MM     0.5f  /* and a little more than the way to a stop: no more of the path is needed yet */
 #define SLACK_USED    1.01f /* of the way to a stop, for rounding */
-#define CORNER_SHIFT  (EMIT_CORNER_BITS - 16) /* to units of HISTORY_STEP */
-#define SHORT_UNITS   0x1p31f                 /* of HISTORY_STEP: they fit a word */
-#define MAX_DWELL_NS  20000000u               /* of one dwell segment */
-#define END_S         0.05f                   /* and so much: the end of the path is the stop */
+#define ARRIVES       (PIECE_STOP | PIECE_ARRIVE) /* the axes come there, then the path continues */
+#define CORNER_SHIFT  (EMIT_CORNER_BITS - 16)     /* to units of HISTORY_STEP */
+#define SHORT_UNITS   0x1p31f                     /* of HISTORY_STEP: they fit a word */
+#define MAX_DWELL_NS  20000000u                   /* of one dwell segment */
+#define END_S         0.05f                       /* and so much: the end of the path is the stop */
 #define PORTION 7u /* stretches of the path in a batch that one poll makes; a segment counts as one more, */
 #define SHAPED_WORK 3u /* and if a shaper makes it as so many more again */
 
@@ -264,7 +265,7 @@ static float travel_time(struct emit *emit, float time_s) {
         (void)need_timing(emit);
         left_s -= travel(emit, left_s);
         emit->work++;
-        if (!emit->entered && (path->pieces[(path->tail - 1) & (PLAN_SIZE - 1)].flags & PIECE_STOP) != 0)
+        if (!emit->entered && (path->pieces[(path->tail - 1) & (PLAN_SIZE - 1)].flags & ARRIVES) != 0)
             break;
     }
     return time_s - left_s;
@@ -341,7 +342,7 @@ static const struct piece *travel_shaped(struct emit *emit, int64_t at[SHAPER_LA
     *time_s = max_f(*took_s, MIN_SAMPLE_S);
     piece = find_place(emit, at);
     at[SHAPER_PLACE] += (int32_t)(travel_power_place(emit) - (uint32_t)at[SHAPER_PLACE]);
-    emit->settles = !emit->entered && (emit->ended_flags & PIECE_STOP) != 0;
+    emit->settles = !emit->entered && (emit->ended_flags & ARRIVES) != 0;
     return piece;
 }
 

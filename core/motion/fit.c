@@ -55,14 +55,31 @@ static float fit_jerk(struct motion_limits *limits, float room, bool shaped, flo
     return mean_s;
 }
 
-/* How far the axes come off the path at most: half of the weights' second moment times the acceleration. */
+/* How far an axis comes off the path at most: half of the weights' second moment times the acceleration. */
+static float off_mm(const struct shaper *shaper, const struct motion_limits *limits, unsigned ax) {
+    return 0.5f * shaper_spread_s2(shaper, ax) * limits->accel_mm_s2[ax];
+}
+
+/* ... and X, Y and Z together. */
 static float drift_mm(const struct shaper *shaper, const struct motion_limits *limits) {
     float sum = 0.0f;
     for (unsigned ax = 0; ax <= AXIS_Z && ax < limits->axis_count; ax++) {
-        float off_mm = 0.5f * shaper_spread_s2(shaper, ax) * limits->accel_mm_s2[ax];
-        sum += off_mm * off_mm;
+        float off = off_mm(shaper, limits, ax);
+        sum += off * off;
     }
     return sqrtf(sum);
+}
+
+/* At a place of rest that no stop is, the mean of the ways before and behind it may be farther from it than
+ * there is room. Limited jerk alone brakes gently before it. */
+static bool cuts(const struct plan *plan, bool shaped, float drift, float room_mm) {
+    const struct motion_limits *limits = &plan->limits;
+    if (!shaped)
+        return shaper_is_on(&plan->shaper) && room_mm <= 0.0f;
+    bool any = room_mm <= 0.0f || plan->path.mean_s > 0.0f || drift > room_mm;
+    for (unsigned ax = AXIS_A; ax < limits->axis_count; ax++)
+        any = any || off_mm(&plan->shaper, limits, ax) > room_mm;
+    return any;
 }
 
 static bool is_shaped(const struct motion_limits *limits) {
@@ -101,6 +118,7 @@ static void fit_shapers(struct plan *plan) {
     plan->shaped_mm = part * drift;
     fit_ramps(plan, limits->accel_mm_s2[AXIS_X] / all_mm_s2, part);
     float near_s = part < 1.0f ? shaper_reach_s(&plan->shaper) : 0.0f;
+    plan->path.cuts = cuts(plan, shaped, drift, room_mm);
     plan->path.across_mm_s2 = across_mm_s2;
     plan->path.corner_s2 = across_mm_s2 < NO_LIMIT ? mean_s * mean_s * (1.0f / 48.0f) : 0.0f;
     float most_cut_mm = 2.0f * vec_length(plan->path.accel) * plan->path.corner_s2;

@@ -326,6 +326,8 @@ static void blend(struct path *path, uint32_t index) {
                             .flags = k->info.flags};
     if (k->stop)
         piece->flags |= PIECE_STOP;
+    else if (k->tangent_mm == 0.0f && path->cuts)
+        piece->flags |= PIECE_ARRIVE;
 }
 
 /* Append a knot at the end of this chord, and move the knots before it one stage on. */

@@ -57,7 +57,9 @@ struct knot {
     bool stop; /* the machine rests here, and exactly here */
 };
 
-enum piece_flags { PIECE_STOP = 0x80 }; /* in addition to enum motion_flags */
+/** In addition to enum motion_flags. ARRIVE: passed at rest; the path continues when the axes have come
+ * there. */
+enum piece_flags { PIECE_STOP = 0x80, PIECE_ARRIVE = 0x40 };
 
 /** A chord between two control points and the blend at its end. */
 struct piece {
@@ -91,6 +93,7 @@ struct path {
     vec inverse_far;                        /* on straight ways */
     vec spread;                             /* half of the second moment of each axis' shaper, s^2 */
     bool uneven; /* they differ, so that straight ways bend where speed changes, by up to: */
+    bool cuts; /* at a place of rest the mean of the ways before and behind it may be farther off than that */
     float room_mm;
     float across_mm_s2; /* the most across the path: with limited jerk the mean then stays in the tolerance */
     float corner_s2; /* that times the accelerations on both of its ways is how far the mean cuts a corner */

@@ -34,6 +34,12 @@ def test_alarms() -> None:
     assert set(NEEDS_RESET) < set(ALARMS)
 
 
+@pytest.mark.parametrize("number", ALARMS)
+def test_an_alarm_says_the_way_out_without_a_command_line(number: int) -> None:
+    """The page shows these texts, on a phone, too; what to type is `wificnc status`'s part (link/condition.py)."""
+    assert "wificnc" not in ALARMS[number]
+
+
 def test_an_alarm_that_cannot_be_read_is_not_left_out() -> None:
     assert [row.number for row in read_alarms(ALARM_LINE)] == [7]
     with pytest.raises(ValueError, match="cannot be read"):

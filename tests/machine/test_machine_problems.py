@@ -69,9 +69,9 @@ def problems(folder: Path, text: str) -> list[str]:
         (HEAD + "travel_mm = -1\n", "7: axis.x.travel_mm", "not -1"),
         (HEAD + 'home_at = "left"\n', "7: axis.x.home_at", "'min' or 'max'"),
         (HEAD + "[stepper]\nstep_pulse_us = 0\n", "8: stepper.step_pulse_us", "1, not 0"),
-        (HEAD + "[stepper]\nstep_pulse_us = 5.5\n", "8: stepper.step_pulse_us", "integer"),
+        (HEAD + "[stepper]\nstep_pulse_us = 5.5\n", "8: stepper.step_pulse_us", "must be a whole number, not 5.5"),
         (HEAD + "[stepper]\nidle_delay_ms = 65536\n", "8: stepper.idle_delay_ms", "65535, not 65536"),
-        (HEAD + "[limits]\nhard = 1\n", "8: limits.hard", "boolean"),
+        (HEAD + "[limits]\nhard = 1\n", "8: limits.hard", "must be true or false, not 1"),
         (HEAD + "[motion]\narc_tolerance_mm = 0\n", "8: motion.arc_tolerance_mm", "0.001, not 0"),
         # rules between values
         ('schema = 1\nname = "Nothing"\n[axis]\n', "3: axis", "at least one axis"),

@@ -122,4 +122,14 @@ def assert_on_path(run: Run, vertices: Floats, machine: Machine, tolerance_mm: f
     assert away_mm(run, vertices, machine) <= tolerance_mm * 1.045 + path_grain_mm(machine) + 1e-4
 
 
+def assert_reaches(run: Run, vertices: Floats, machine: Machine, tolerance_mm: float) -> None:
+    """Each vertex, one after the other: assert_on_path() does not see a way back that begins before its vertex."""
+    places = np.vstack([np.zeros(3), run.positions()[:, :3] / np.array(machine.steps_per_mm)])
+    most_mm, at = tolerance_mm * 1.045 + path_grain_mm(machine) + 1e-4, 0
+    for vertex in vertices:
+        near = np.linalg.norm(places[at:] - vertex, axis=1) <= most_mm
+        assert near.any(), vertex
+        at += int(np.argmax(near))
+
+
 assert AXES == 6

@@ -6,13 +6,23 @@ closed form, the sum of one decaying phasor for each pulse, so nothing is integr
 
 from __future__ import annotations
 
+import itertools
 import math
 import random
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from lawful import COARSE, FINE, Machine, assert_accelerations, assert_ends_at, assert_lawful, assert_on_path
+from lawful import (
+    COARSE,
+    FINE,
+    Machine,
+    assert_accelerations,
+    assert_ends_at,
+    assert_lawful,
+    assert_on_path,
+    assert_reaches,
+)
 from motion_host import Host, Run
 from numpy.typing import NDArray
 from slow import slow_but
@@ -101,6 +111,7 @@ PROGRAMS = {
     "square": "G90G1F5000\nX20\nY20\nX0\nY0\n",
     "acute": "G90G1F5000\nX20\nX1Y3\nX25Y5Z2\nX0Y0Z0\n",
     "diagonals": "G90G1F5000\nX40Y40\nX0Y0Z30\nX40Y0Z0\nX0\n",
+    "there and back": "G90G1F5000\nX10\nX3\nX3.2\nX3\nX9Y8\nX3Y0\nG0Z5\nG1Z-1F300\nG0Z5\n",
 }
 
 
@@ -112,6 +123,62 @@ def test_limits_path_and_end(name: str, machine: Machine) -> None:
     assert_lawful(run, machine)
     assert_ends_at(run, vertices[-1], machine)
     assert_on_path(run, vertices, machine, machine.deviation_mm)
+
+
+@pytest.mark.parametrize("kind", [ZV, MZV, EI, EI_2])
+@pytest.mark.parametrize("jerk_mm_s3", [0.0, 30_000.0])
+def test_the_end_of_a_way_is_reached_before_the_way_back(kind: int, jerk_mm_s3: float) -> None:
+    """The mean of both ways turns back earlier: by half of the acceleration times the second moment, up to 0.6 mm."""
+    shapers = ((kind, 40.0, 0.02), (kind, 20.0, 0.02), (kind, 16.0, 0.02))
+    machine = replace(FINE, accel_mm_s2=(3000.0, 3000.0, 3000.0), jerk_mm_s3=jerk_mm_s3, shapers=shapers)
+    assert_there_and_back(machine)
+
+
+@pytest.mark.parametrize(
+    "machine", [FINE, EVEN, MIXED, replace(FINE, jerk_mm_s3=5000.0), replace(MIXED, jerk_mm_s3=5000.0)]
+)
+@pytest.mark.parametrize("deviation_mm", [0.002, 0.01, 0.1])
+def test_every_end_of_a_way_is_within_the_tolerance(machine: Machine, deviation_mm: float) -> None:
+    assert_there_and_back(replace(machine, deviation_mm=deviation_mm))
+
+
+def test_a_rotary_axis_reaches_the_end_of_its_way() -> None:
+    """Its acceleration is none across the path of X, Y and Z: they may need no less of theirs, and it does."""
+    host = Host(rate_hz=900_000, pulse_ns=500, axes=4)
+    shapers = {f"s{170 + ax}": ZV for ax in range(4)} | {f"s{180 + ax}": 60 for ax in range(3)} | {"s183": 20}
+    host.settings(**EVEN.settings() | shapers | {"s120": 100, "s121": 100, "s122": 100})
+    host.settings(s103=100, s113=6000, s123=1000)
+    run = host.run("G90G0A90\nA0\nA90\nA45\n")
+    host.close()
+    at = run.positions()[:, 3]
+    turns = [0, *(at[n] for n in np.flatnonzero(np.diff(np.sign(np.diff(at)))) + 1), at[-1]]
+    assert turns == [0, 9000, 0, 9000, 4500]
+
+
+def assert_there_and_back(machine: Machine) -> None:
+    run, vertices = performed(machine, PROGRAMS["there and back"]), vertices_of(PROGRAMS["there and back"])
+    assert_lawful(run, machine)
+    assert_on_path(run, vertices, machine, machine.deviation_mm)
+    assert_reaches(run, vertices, machine, machine.deviation_mm)
+
+
+JERKY = replace(FINE, jerk_mm_s3=30_000.0)
+
+
+@pytest.mark.parametrize(
+    ("name", "machine"),
+    [
+        *itertools.product(["square", "acute", "there and back"], [EVEN, JERKY, replace(EVEN, jerk_mm_s3=30_000.0)]),
+        ("square", MIXED),  # of shapers that differ, diagonals are not straight without a tolerance
+    ],
+)
+def test_without_a_tolerance_every_corner_is_reached(name: str, machine: Machine) -> None:
+    """`$11=0`: a mean of the ways on both sides of a corner would cut it, so the axes arrive first."""
+    machine = replace(machine, deviation_mm=0.0)
+    run, vertices = performed(machine, PROGRAMS[name]), vertices_of(PROGRAMS[name])
+    assert_lawful(run, machine)
+    assert_on_path(run, vertices, machine, 0.0)
+    assert_reaches(run, vertices, machine, 0.0)
 
 
 @pytest.mark.parametrize(

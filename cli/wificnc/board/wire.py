@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, ClassVar
 
 from pydantic import Field, model_validator
 
@@ -13,6 +13,8 @@ Reason = Annotated[str, Field(min_length=10)]
 
 class Wire(Strict):
     """A pin and how it is used. In the file also just its name: step = "GPIO1"."""
+
+    written_as: ClassVar[str] = 'a pin in quotes, like "GPIO4", or a table like { pin = "GPIO4" }'
 
     pin: str = Field(description="the pin as the chip's table names it")
     allow: dict[str, Reason] = Field(

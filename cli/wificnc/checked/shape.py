@@ -14,6 +14,19 @@ from pydantic_core import ErrorDetails
 from wificnc.checked.problem import FileProblems, Finding, KeyPath, Problem, key_text
 from wificnc.checked.tomlfile import TomlFile
 
+_SCALARS = (str, int, float, bool)
+_IN_TOML = {  # pydantic's words are Python's; by its kinds of errors
+    "dict_type": "must be a table",
+    "tuple_type": "must be a list in brackets",
+    "list_type": "must be a list in brackets",
+    "string_type": "must be text in quotes",
+    "int_type": "must be a whole number",
+    "int_parsing": "must be a whole number",
+    "int_from_float": "must be a whole number",
+    "bool_type": "must be true or false",
+    "bool_parsing": "must be true or false",
+}
+
 ModelT = TypeVar("ModelT", bound=BaseModel)
 
 
@@ -50,7 +63,7 @@ def _findings(model: type[BaseModel], errors: Sequence[ErrorDetails]) -> list[Fi
     found = [_unknown_key(model, loc, missing) for loc in unknown]
     found += [_missing_key(loc) for loc in sorted(missing, key=str)]
     others = [error for error in errors if error["type"] not in ("extra_forbidden", "missing")]
-    return found + [_bad_value(error) for error in others]
+    return found + [_bad_value(model, error) for error in others]
 
 
 def _unknown_key(model: type[BaseModel], loc: KeyPath, missing: set[KeyPath]) -> Finding:
@@ -67,11 +80,22 @@ def _missing_key(loc: KeyPath) -> Finding:
     return Finding("missing-key", loc, "is required and missing")
 
 
-def _bad_value(error: ErrorDetails) -> Finding:
+def _bad_value(model: type[BaseModel], error: ErrorDetails) -> Finding:
     reason = error["msg"].replace("Input should be", "must be").removeprefix("Value error, ")
+    if error["type"] == "model_type":
+        reason = f"must be {_written_as(model, error['loc'])}"
+    reason = _IN_TOML.get(error["type"], reason)
     given = error["input"]
-    shown = f", not {given!r}" if isinstance(given, str | int | float | bool) else ""
-    return Finding("bad-value", error["loc"], f"{reason}{shown}")
+    shown = repr(given).lower() if isinstance(given, bool) else repr(given)
+    return Finding("bad-value", error["loc"], f"{reason}, not {shown}" if isinstance(given, _SCALARS) else reason)
+
+
+def _written_as(model: type[BaseModel], loc: KeyPath) -> str:
+    """What belongs at this place of a file, as its model says it."""
+    here: Any = model
+    for part in loc:
+        here = _step(here, part)
+    return str(getattr(here, "written_as", "a table"))
 
 
 def _keys_at(model: type[BaseModel], loc: KeyPath) -> list[str]:

@@ -38,6 +38,8 @@ class TomlFile:
 
     def line(self, path: KeyPath) -> int:
         """Line of the key, or of the nearest table around it when the key itself is missing."""
+        if (*path, 0) in self.lines and path not in self.lines:
+            path = (*path, 0)  # [[key]]
         while path and path not in self.lines:
             path = path[:-1]
         return self.lines.get(path, 1)
