@@ -59,6 +59,8 @@ BANNER_S = 8.0  # its start, and WiFi's
               help="Seconds to wait for the firmware's first message.")  # fmt: skip
 @click.option("--dry-run", is_flag=True, help="Print what would be written; the chip is not accessed.")
 @click.option("--ota", "ota_host", metavar="HOST[:PORT]", help="Update over the network instead.")
+@click.option("--other-board", is_flag=True,
+              help="For --ota: the controller runs the firmware of another board, and BOARD's is meant.")  # fmt: skip
 @click.option("--key", envvar="WIFICNC_KEY", show_envvar=True,
               help="For --ota: the controller's access key. Prompted for if not given.")  # fmt: skip
 @click.option("--tool", type=click.Choice([*(runner.name for runner in RUNNERS), OWN]),
@@ -75,6 +77,7 @@ def command(
     wait_s: float,
     dry_run: bool,
     ota_host: str | None,
+    other_board: bool,
     key: str | None,
     tool: str | None,
     as_json: bool,
@@ -84,6 +87,8 @@ def command(
     What the controller has stored, settings, WiFi and passwords, stays unless --erase is given.
     """
     board = load_board(board_ref)
+    if other_board and ota_host is None:
+        raise FlashError("--other-board is for --ota; over USB, BOARD decides")
     if folder is None:
         folder = firmware_folder(board.id)
         ui.note(f"firmware  {folder}")
@@ -95,7 +100,7 @@ def command(
         done = flash_pic32mz(board, folder, tool, dry_run)
     elif ota_host is not None:
         load_regions(folder, esp32_board(board_ref), esp32_partitions())
-        done = update(board, folder, ota_host, key, dry_run)
+        done = update(board, folder, ota_host, key, Way(dry_run, other_board))
     else:
         options = Options(baud, erase, verify, wait_s)
         done = flash_esp32(esp32_board(board_ref), folder, port, options, dry_run)
@@ -251,21 +256,33 @@ def signed_image(folder: Path, board: Board) -> Signed:
         ) from err
 
 
-def update(board: Board, folder: Path, host: str, key: str | None, dry_run: bool) -> Done:
+@dataclass(frozen=True)
+class Way:
+    """How an update over the network is made."""
+
+    dry_run: bool
+    other_board: bool  # than that of the firmware that runs
+
+
+def update(board: Board, folder: Path, host: str, key: str | None, way: Way) -> Done:
     """Over the network. Raises FlashError."""
     image = signed_image(folder, board)
     name, port = host_and_port(host, OTA_PORT)
     facts = {"host": name, "port": port, "size": len(image.data)}
-    if dry_run:
+    if way.dry_run:
         return Done(facts, [f"{len(image.data):,} bytes to {name}:{port}, into the inactive slot"])
     upload = Upload(name, port)
     try:
         hello = upload.hello()
-        if hello.board != board.id:
-            raise FlashError(f"{upload.name} is an {hello.board}", hint=f"wificnc flash {hello.board} --ota {host}")
+        other = hello.board != board.id
+        if other and not way.other_board:
+            raise FlashError(
+                f"{upload.name} is the board {hello.board}, and this firmware is for {board.id}",
+                hint=f"wificnc flash {hello.board} --ota {host}; or give --other-board if {board.id} is meant",
+            )
         key = key or click.prompt("access key", hide_input=True, err=True)
         with progress_bars() as show:
-            upload.send(hello, image, key, lambda done, total: show("firmware", done, total))
+            upload.send(hello, image, key, lambda done, total: show("firmware", done, total), other)
     finally:
         upload.close()
     ui.note("the controller has checked it and starts it now; if this fails, it returns to the old firmware")
