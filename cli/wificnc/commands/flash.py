@@ -17,7 +17,6 @@ from wificnc.board.load import load_board
 from wificnc.board.model import Board
 from wificnc.build.esp32 import SIGNATURE
 from wificnc.build.signing import raw_signature
-from wificnc.chip.image import read_hex
 from wificnc.chip.verify import verify_boot as boots
 from wificnc.commands._port import connected, port_option, progress_bars
 from wificnc.commands._target import json_option
@@ -25,7 +24,7 @@ from wificnc.errors import BuildError, FlashError
 from wificnc.flash.find import firmware_folder
 from wificnc.flash.ota import PORT as OTA_PORT
 from wificnc.flash.ota import Signed, Upload
-from wificnc.flash.pic32mz import OWN, RUNNERS, is_own, plan_flash, require_image, run_flash
+from wificnc.flash.pic32mz import OWN, RUNNERS, is_own, plan_flash, read_image, run_flash
 from wificnc.flash.plan import (
     Chip,
     Partition,
@@ -112,7 +111,11 @@ def command(
 
 
 def try_out(board: Board, folder: Path) -> None:
-    """In the virtual chip. Raises FlashError: it fails there; BuildError: there is none here."""
+    """In the virtual chip. Raises FlashError: it fails there, or is no build; BuildError: no such chip is here."""
+    if board.target == "esp32":
+        load_regions(folder, board, esp32_partitions())
+    elif board.target == "pic32mz":
+        read_image(board, folder / "wificnc.hex")
     done = boots(board, folder)
     ui.note(f"boots     in the virtual chip: {done.banner} {done.version}, {done.events} exact step events of a G1")
 
@@ -177,8 +180,7 @@ def flash_pic32mz(board: Board, folder: Path, tool: str | None, dry_run: bool) -
     """By the program of someone else, or ourselves by the board's USB bootloader. Raises FlashError."""
     image = folder / "wificnc.hex"
     if is_own(tool):
-        require_image(board, image)
-        pages = plan_pages(read_hex(image.read_text(encoding="utf-8")))
+        pages = plan_pages(read_image(board, image))
         if not dry_run:
             flash_by_usb(pages)
         return Done({"tool": OWN, "pages": len(pages)}, describe(pages) if dry_run else [])

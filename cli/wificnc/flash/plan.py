@@ -135,8 +135,13 @@ def _check_build(folder: Path, board: Board) -> None:
         for name, wanted in sums.items():
             if hashlib.sha256((folder / name).read_bytes()).hexdigest() != wanted:
                 raise FlashError(f"{folder / name} differs from the build record", hint=hint)
-    except (OSError, ValueError, KeyError, TypeError) as err:
-        raise FlashError(f"the build in {folder} is incomplete: {err}", hint=hint) from err
+    except OSError as err:
+        name = Path(str(err.filename)).name
+        why = f"cannot read {name}: {err.strerror}"
+        raise FlashError(f"the build in {folder} is incomplete: {why}", hint=hint) from err
+    except (ValueError, KeyError, TypeError) as err:
+        why = f"{record_path.name} is damaged: not the record of a build"
+        raise FlashError(f"the build in {folder} is incomplete: {why}", hint=hint) from err
 
 
 def _image(path: Path, chip: str) -> bytes:
