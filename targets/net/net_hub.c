@@ -27,6 +27,7 @@ void net_hub_init(struct net_hub *hub, const struct net_hub_sizes *sizes, const 
 /* What the owner has sent stays in force: whole lines go to `left`. A half line is forgotten; if the
  * controller has got a part of it, it is ended, and its answer (too long) is no one's. */
 static void leave_lines(struct net_hub *hub, struct net_client *client) {
+    client->in_left = client->whole > 0 || net_hub_owners_inside(hub) > 0;
     bool half = client->in.count > client->whole;
     if (client->whole == 0 && client->in_long) {
         net_queue_cut(&client->in, 0);
@@ -141,21 +142,16 @@ static void take_owners(struct net_hub *hub, struct net_client *client, char cha
     if (client->spoiled)
         hub->has_spoiled |= add_owners(hub, client, &(char){(char)NET_LINE_SPOILED}, 1);
     client->spoiled = false;
-    size_t size = client->in.count - client->whole;
-    if (line_ends && size > 0 &&
-        net_hub_answer(hub, client, net_queue_head(&client->in) + client->whole, size)) {
-        net_queue_cut(&client->in, client->whole);
-        return;
-    }
     if (line_ends) {
-        net_hub_end_line(hub, client);
+        if (!net_hub_mark_line(hub, client))
+            net_hub_end_line(hub, client);
         character = '\n';
     }
     if (add_owners(hub, client, &character, 1) && line_ends)
         client->whole = client->in.count;
 }
 
-/* Observers' lines are read for $TAKE and $TRUST only. */
+/* Observers' lines are read for $TAKE and those of net_hub_is_its_line() only. */
 static void take_observers(struct net_hub *hub, struct net_client *client, char character, bool line_ends) {
     if (!line_ends) {
         bool fits = client->letters < sizeof client->typed && !client->skips && !client->spoiled;
@@ -167,7 +163,7 @@ static void take_observers(struct net_hub *hub, struct net_client *client, char 
     size_t size = client->letters <= sizeof client->typed ? client->letters : 0;
     bool sound = !client->skips && !client->spoiled;
     bool takes = sound && is_take(client->typed, size);
-    bool empty = client->letters == 0 && !client->spoiled;
+    const bool known = sound && client->letters <= sizeof client->typed;
     client->letters = 0;
     client->skips = client->spoiled = false;
     if (takes) {
@@ -176,16 +172,10 @@ static void take_observers(struct net_hub *hub, struct net_client *client, char 
             net_hub_put_realtime(hub, client, JOG_CANCEL);
         net_hub_set_owner(hub, client);
         take_owners(hub, client, '\n', true);
-    } else if (sound && (net_hub_answer_reports(hub, client, client->typed, size) ||
-                         net_hub_answer(hub, client, client->typed, size))) {
-        return;
-    } else if (empty) {
-        net_hub_say(hub, client, "ok\r\n", 4);
+    } else if (known) {
+        net_hub_answer_observer(hub, client, client->typed, size);
     } else {
-        if (!client->explained)
-            net_hub_explain(hub, client);
-        client->explained = true;
-        net_hub_refuse(hub, client, STATUS_OBSERVER, NULL);
+        net_hub_answer_observer(hub, client, "?", 1); /* as any line that is refused */
     }
 }
 
@@ -365,7 +355,7 @@ void net_hub_lost(struct net_client *client) {
 
 /* Lines that may be inside the controller at the same time, so that the owner's queue has room for every
  * answer: a line goes in only if there is room for its answer and for those still to come. */
-static uint32_t lines_allowed(const struct net_hub *hub) {
+uint32_t net_hub_lines_allowed(const struct net_hub *hub) {
     size_t taken = hub->owner == NULL ? 0 : hub->owner->out.count;
     return taken >= hub->sizes.out ? 0 : (uint32_t)((hub->sizes.out - taken) / NET_ANSWER_MAX);
 }
@@ -374,6 +364,8 @@ size_t net_hub_feed_lines(struct net_hub *hub, struct net_queue *queue, size_t c
     size_t fed = 0;
     while (fed < count && hub->inside < allowed) {
         const char *line = net_queue_head(queue);
+        if (net_line_is_marked(line))
+            break;
         const char *line_end = memchr(line, '\n', count - fed);
         size_t size = line_end == NULL ? count - fed : (size_t)(line_end + 1 - line);
         size_t piece = hub->has_spoiled ? net_line_sound(line, size) : size;
@@ -389,7 +381,7 @@ size_t net_hub_feed_lines(struct net_hub *hub, struct net_queue *queue, size_t c
 
 static bool feed_left(struct net_hub *hub) {
     uint32_t before = hub->inside;
-    size_t fed = net_hub_feed_lines(hub, &hub->left, hub->left.count, lines_allowed(hub));
+    size_t fed = net_hub_feed_lines(hub, &hub->left, hub->left.count, net_hub_lines_allowed(hub));
     hub->inside_left += hub->inside - before;
     return fed > 0;
 }
@@ -398,7 +390,7 @@ static bool feed_left(struct net_hub *hub) {
 static bool feed_owner(struct net_hub *hub, struct net_client *owner) {
     bool too_long = owner->whole == 0 && owner->in.count == hub->sizes.in;
     size_t count = too_long ? owner->in.count : owner->whole;
-    size_t fed = net_hub_feed_lines(hub, &owner->in, count, lines_allowed(hub));
+    size_t fed = net_hub_feed_lines(hub, &owner->in, count, net_hub_lines_allowed(hub));
     if (fed == 0)
         return false;
     owner->in_long = too_long;
@@ -409,14 +401,15 @@ static bool feed_owner(struct net_hub *hub, struct net_client *owner) {
 bool net_hub_feed(struct net_hub *hub) {
     if (hub->stops || hub->resets)
         net_hub_end_stop(hub);
+    const bool answered = net_hub_answer_turns(hub);
     const bool pendants = hub->has_pendants && net_hub_feed_pendants(hub);
     if (hub->has_pendants && net_hub_waits_for_pendant(hub))
-        return pendants;
+        return pendants || answered;
     bool fed = hub->left.count > 0 ? feed_left(hub) : hub->owner != NULL && feed_owner(hub, hub->owner);
     hub->others_first = false;
     hub->operators = fed ? NULL : hub->operators;
     hub->has_spoiled &= hub->left.count > 0 || (hub->owner != NULL && hub->owner->in.count > 0);
-    return fed || pendants;
+    return fed || pendants || answered;
 }
 
 /* ---- the controller's output ---- */

@@ -25,6 +25,7 @@
  * `$TRUST=day` or `always` of a client that is in lets all clients of its address in from now on, `$TRUST=no`
  * ends that; `$TRUST` lists such addresses, `$TRUST=no 2` ends the second's, `$TRUST=none` all.
  * `$QR` is answered by the address of the page as a QR code, with the access key for who has a cable.
+ * Such lines, which the hub answers itself, act and are answered in their client's turn (net_hub_turn.c).
  *
  * `$RI=ms` and 0x8C of a client, of a locked one, too, are its own: automatic reports go to the client that
  * has asked for them, while it reads. They end with the connection, and with a reset.
@@ -120,6 +121,7 @@ struct net_client {
     bool gone;           /* to be removed */
     bool locked;         /* not logged in; `in` is the line that it types */
     bool by_trust;       /* it was let in because its address is trusted, not by the key */
+    bool in_left;        /* some of these may be its own: its next answers come behind theirs */
     bool hears_left;     /* gets the answers to lines of former owners, too */
     bool spoiled;        /* the line that comes next, or has begun, is to be refused */
     bool opened;         /* judged by its first bytes, which `in` holds until then; or need not be */

@@ -318,18 +318,17 @@ bool net_hub_may_stop(struct net_hub *hub, struct net_client *client, uint8_t by
     return true;
 }
 
-bool net_hub_answer(struct net_hub *hub, struct net_client *client, const char *line, size_t size) {
-    if (size == 0 || line[0] != '$')
-        return false;
-    bool trusts = is_trust(line, size);
-    if (!trusts && !net_hub_is_login(line, size) && !is_question(line, size))
-        return net_hub_answer_qr(hub, client, line, size);
-    bool done = !trusts || take_trust(hub, client, line, size);
+bool net_hub_is_access_line(const char *line, size_t size) {
+    return is_trust(line, size) || net_hub_is_login(line, size) || is_question(line, size);
+}
+
+void net_hub_answer_access(struct net_hub *hub, struct net_client *client, const char *line, size_t size) {
+    const bool trusts = is_trust(line, size);
+    const bool done = !trusts || take_trust(hub, client, line, size);
     if (done)
         net_hub_say(hub, client, "ok\r\n", 4);
     else
         net_hub_refuse(hub, client, STATUS_UNKNOWN_COMMAND, NULL);
     if (trusts && done && hub->access != NULL)
         net_hub_end_untrusted(hub, client);
-    return true;
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * What the hub's files share: net_hub.c has lines and owners, net_hub_stop.c stops, net_hub_say.c messages,
  * net_hub_reports.c reports, net_hub_places.c connections, net_hub_access.c who is let in, net_hub_pendant.c
- * pendants, net_hub_qr.c the code of $QR. */
+ * pendants, net_hub_qr.c the code of $QR, net_hub_turn.c when lines that the hub answers have their turn. */
 #ifndef WIFICNC_NET_HUB_INNER_H
 #define WIFICNC_NET_HUB_INNER_H
 
@@ -63,12 +63,21 @@ void net_hub_end_stop(struct net_hub *hub);
 /** @param client  NULL: no one */
 void net_hub_set_owner(struct net_hub *hub, struct net_client *client);
 
-/** A line has ended, before its LF is added: $TAKE, $RI= and a jog that was called off become empty lines. */
+/** The controller's line has ended, before its LF is added: $TAKE, $RI= and a jog that was called off become
+ * empty lines. */
 void net_hub_end_line(struct net_hub *hub, struct net_client *client);
 
 /** Give the first `count` bytes of the queue to the controller, line by line.
  *  @param allowed  so many lines may be inside @return bytes that it took */
 size_t net_hub_feed_lines(struct net_hub *hub, struct net_queue *queue, size_t count, uint32_t allowed);
+
+/** Lines that may be inside the controller, so that the owner's queue has room for their answers. */
+uint32_t net_hub_lines_allowed(const struct net_hub *hub);
+
+/** The owner's lines that the controller has not answered. */
+static inline uint32_t net_hub_owners_inside(const struct net_hub *hub) {
+    return hub->inside - hub->inside_left - hub->inside_hand;
+}
 
 /** Hubs whose clients from elsewhere are locked out until they are known. */
 static inline bool net_hub_locks(const struct net_hub *hub) {
@@ -145,10 +154,10 @@ const char *net_hub_key_for(const struct net_hub *hub, const struct net_client *
 /** The access key, to who has a cable to the controller. */
 void net_hub_tell_key(struct net_hub *hub, struct net_client *client);
 
-/** A login of who is in, a line $TRUST=, or $QR: answered immediately, also while the controller
- * reads no line.
- * @return false: it is another line */
-bool net_hub_answer(struct net_hub *hub, struct net_client *client, const char *line, size_t size);
+/** A login of who is in, or $TRUST. */
+bool net_hub_is_access_line(const char *line, size_t size);
+
+void net_hub_answer_access(struct net_hub *hub, struct net_client *client, const char *line, size_t size);
 
 /* ---- net_hub_pendant.c ---- */
 
@@ -183,6 +192,23 @@ bool net_hub_is_for(const struct net_hub *hub, const struct net_client *client, 
 /* ---- net_hub_qr.c ---- */
 
 /** @return false: it is another line, or this controller has no page */
-bool net_hub_answer_qr(struct net_hub *hub, struct net_client *client, const char *line, size_t size);
+bool net_hub_is_qr_line(const struct net_hub *hub, const char *line, size_t size);
+
+void net_hub_answer_qr(struct net_hub *hub, struct net_client *client);
+
+/* ---- net_hub_turn.c ---- */
+
+/** The line that has ended, before its LF is added, waits for its turn if it is one that the hub answers.
+ * @return false: it is another line */
+bool net_hub_mark_line(const struct net_hub *hub, struct net_client *owner);
+
+/** Lines of an observer are answered immediately, behind those that it has sent as the owner. */
+void net_hub_answer_observer(struct net_hub *hub, struct net_client *client, const char *line, size_t size);
+
+/** Answer the lines whose turn it is. @return true: there was one */
+bool net_hub_answer_turns(struct net_hub *hub);
+
+/** A former owner is gone for good: what its lines of the hub set is in force now. */
+void net_hub_end_turns_of(struct net_hub *hub, struct net_client *client);
 
 #endif

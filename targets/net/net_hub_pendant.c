@@ -251,6 +251,8 @@ static bool refuse_lines(struct net_hub *hub, struct net_client *client, enum st
                          const char *why) {
     bool any = false;
     while (has_lines(client) && has_room(hub, client) && !(hub->hand == client && hub->inside_hand > 0)) {
+        if (client->whole > 0 && net_line_is_marked(net_queue_head(&client->in)))
+            break; /* that of an owner, which net_hub_answer_turns() answers */
         refuse_line(hub, client, status, why);
         any = true;
     }

@@ -68,6 +68,8 @@ void net_hub_remove_client(struct net_hub *hub, struct net_client *client) {
         net_hub_call_off_jogs(client);
         net_hub_set_owner(hub, NULL);
     }
+    if (client->in_left)
+        net_hub_end_turns_of(hub, client);
     if (client == hub->sender)
         lose_sender(hub);
     if (net_hub_is_pendant(client))

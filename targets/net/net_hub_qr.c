@@ -42,15 +42,16 @@ static void say_code(struct net_hub *hub, struct net_client *client, const char 
     net_hub_say_message(hub, client, row);
 }
 
-bool net_hub_answer_qr(struct net_hub *hub, struct net_client *client, const char *line, size_t size) {
+bool net_hub_is_qr_line(const struct net_hub *hub, const char *line, size_t size) {
+    return hub->ops->page != NULL && size == sizeof qr_line - 1 && net_line_commands(line, size, qr_line);
+}
+
+void net_hub_answer_qr(struct net_hub *hub, struct net_client *client) {
     char address[NET_NAME_SIZE];
-    if (hub->ops->page == NULL || size != sizeof qr_line - 1 || !net_line_commands(line, size, qr_line))
-        return false;
     if (!hub->ops->page(hub->ctx, address, sizeof address)) {
         net_hub_refuse(hub, client, STATUS_UNKNOWN_COMMAND, "No network: the page has no address yet");
-        return true;
+        return;
     }
     say_code(hub, client, address);
     net_hub_say(hub, client, "ok\r\n", 4);
-    return true;
 }

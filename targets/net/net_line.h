@@ -27,6 +27,14 @@ bool net_line_is_news(const char *line, size_t size);
 /** As a byte among lines that wait: the line is to be refused. No text, as all bytes from 0x80 on. */
 enum { NET_LINE_SPOILED = 0xFF };
 
+/** As the first byte of a line that waits: the hub answers it, to the client of this place + NET_LINE_MARK.
+ */
+enum { NET_LINE_MARK = 0xC0, NET_LINE_MARKS = 0x20 };
+
+static inline bool net_line_is_marked(const char *line) {
+    return (uint8_t)*line >= NET_LINE_MARK && (uint8_t)*line < NET_LINE_MARK + NET_LINE_MARKS;
+}
+
 /** @return bytes before the first NET_LINE_SPOILED */
 size_t net_line_sound(const char *line, size_t size);
 

@@ -118,6 +118,8 @@ static void put_hex(char *text, const uint8_t *bytes, size_t count) {
         snprintf(text + 2 * i, 3, "%02x", bytes[i]);
 }
 
+static const char *option = ""; /* a word between signature and MAC */
+
 /* The line of a sender that knows this key. */
 static void ask_with(const char *key, size_t size, const uint8_t sealed[SIGNATURE_SIZE]) {
     char line[OTA_LINE_SIZE + 32], message[OTA_LINE_SIZE + 32], digest_hex[65], sealed_hex[129], mac_hex[65];
@@ -128,13 +130,13 @@ static void ask_with(const char *key, size_t size, const uint8_t sealed[SIGNATUR
     sha256_end(&sha, digest);
     put_hex(digest_hex, digest, sizeof digest);
     put_hex(sealed_hex, sealed, SIGNATURE_SIZE);
-    snprintf(message, sizeof message, "deadbeef000000000000000000000000 %zu %s %s", size, digest_hex,
-             sealed_hex);
+    snprintf(message, sizeof message, "deadbeef000000000000000000000000 %zu %s %s%s", size, digest_hex,
+             sealed_hex, option);
     struct access theirs;
     access_init(&theirs, key, false, salt, 0);
     sha256_hmac(theirs.secret, SHA256_SIZE, message, strlen(message), digest);
     put_hex(mac_hex, digest, sizeof digest);
-    snprintf(line, sizeof line, "%zu %s %s %s\n", size, digest_hex, sealed_hex, mac_hex);
+    snprintf(line, sizeof line, "%zu %s %s%s %s\n", size, digest_hex, sealed_hex, option, mac_hex);
     wire.in_count = strlen(line);
     memcpy(wire.in, line, wire.in_count);
     (void)ota_poll(&ota, now_us);
@@ -165,6 +167,63 @@ static void a_good_image_arrives_whole_in_pieces_of_any_size(void) {
         CHECK(ended == 1 && aborted == 0 && wire.closed && ota.done && ota.state == OTA_FREE);
         CHECK(strstr(wire.out, "OK\n") && strstr(wire.out, "AT ") && strstr(wire.out, "DONE\n"));
     }
+}
+
+/* As GET api/controller has it (net/page.c), at any place and in pieces of any size. */
+static void put_board(size_t at, const char *text) {
+    memcpy(image + at, text, strlen(text));
+}
+
+static void an_image_for_another_board_of_the_chip_is_refused(void) {
+    static const size_t pieces[] = {1, 7, 1000, 4096};
+    static const size_t places[] = {OTA_HEADER_SIZE, 5000, IMAGE_SIZE - 60};
+    for (size_t i = 0; i < 4 * 3; i++) {
+        start();
+        put_board(places[i / 4], "\"board\": \""); /* as the one that net/ota.c searches for */
+        image[places[i / 4] + 10] = 0;
+        put_board(places[i / 4] + 11, "\"board\"board\": \"mks-tinybee\", \"axes");
+        ask("correct horse", IMAGE_SIZE);
+        send_image(IMAGE_SIZE, pieces[i % 4]);
+        CHECK(
+            strstr(wire.out,
+                   "ERROR this firmware is for the board mks-tinybee, and this board is esp32s3-devkitc\n"));
+        CHECK(ended == 0 && aborted == 1 && !ota.done);
+    }
+}
+
+static void an_image_for_this_board_or_of_no_known_board_is_taken(void) {
+    static const char *const boards[] = {"\"board\": \"esp32s3-devkitc\", ", "\"board\": \"%s\"",
+                                         "\"board\": \"",
+                                         "\"board\": \"esp32s3-devkitc\"\"board\": \"other\""};
+    for (size_t i = 0; i < sizeof boards / sizeof boards[0]; i++) {
+        start();
+        put_board(9000, boards[i]);
+        ask("correct horse", IMAGE_SIZE);
+        send_image(IMAGE_SIZE, 1000);
+        CHECK(ended == 1 && ota.done && flashed == IMAGE_SIZE && memcmp(flash, image, IMAGE_SIZE) == 0);
+    }
+}
+
+static void another_board_can_be_meant(void) {
+    option = " any-board";
+    start();
+    put_board(9000, "\"board\": \"mks-tinybee\"");
+    ask("correct horse", IMAGE_SIZE);
+    send_image(IMAGE_SIZE, 1000);
+    CHECK(ended == 1 && ota.done && flashed == IMAGE_SIZE);
+    start();
+    ask("wrong horse", IMAGE_SIZE);
+    CHECK(strstr(wire.out, "ERROR wrong access key\n") && began == 0);
+    option = " all-boards";
+    start();
+    ask("correct horse", IMAGE_SIZE);
+    CHECK(strstr(wire.out, "ERROR expected SIZE SHA256 SIGNATURE [any-board] MAC\n") && began == 0);
+    option = "";
+    start(); /* the word is for one upload */
+    put_board(9000, "\"board\": \"mks-tinybee\"");
+    ask("correct horse", IMAGE_SIZE);
+    send_image(IMAGE_SIZE, 1000);
+    CHECK(ended == 0 && !ota.done);
 }
 
 static void a_wrong_key_writes_nothing_and_slows_down(void) {
@@ -287,6 +346,9 @@ static void one_at_a_time(void) {
 
 int main(void) {
     a_good_image_arrives_whole_in_pieces_of_any_size();
+    an_image_for_another_board_of_the_chip_is_refused();
+    an_image_for_this_board_or_of_no_known_board_is_taken();
+    another_board_can_be_meant();
     a_wrong_key_writes_nothing_and_slows_down();
     an_image_that_is_not_signed_is_not_written();
     a_proof_for_another_image_is_worth_nothing();

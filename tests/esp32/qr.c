@@ -114,6 +114,11 @@ static void lines_around_it_keep_their_answers(void) {
     start_with_page();
     come_by_cable();
     send(0, "G0X1\n$QR\nG0X2\n");
+    CHECK(strcmp(got, "G0X1\n") == 0 && wires[0].out_count == 0);
+    strcpy(says, "error:22\r\n");
+    round_trip();
+    round_trip();
+    CHECK(strncmp(wires[0].out, "error:22\r\n[MSG:", 15) == 0);
     CHECK(strcmp(got, "G0X1\nG0X2\n") == 0);
 }
 

@@ -131,6 +131,46 @@ def test_another_board_is_refused_before_a_key_is_asked_for(tmp_path: Path) -> N
     assert run.returncode == Exit.FLASH and "esp32s3-zero" in run.stderr
 
 
+def test_the_receiver_refuses_the_firmware_of_another_board_of_the_chip(tmp_path: Path) -> None:
+    """It was signed by the same project, and would drive the wrong pins."""
+    firmware = image("esp32s3", 300_000, board="esp32s3-devkitc")
+    with receiver(tmp_path) as there:
+        upload = Upload("127.0.0.1", there.port)
+        with pytest.raises(FlashError, match=f"for the board esp32s3-devkitc, and this board is {BOARD}") as refused:
+            upload.send(upload.hello(), signed(firmware), PASSWORD, lambda *_: None)
+        assert "--other-board" in str(refused.value.hint)
+        upload.close()
+        assert not there.slot.exists()
+    with receiver(tmp_path) as there:
+        own = Upload("127.0.0.1", there.port)
+        own.send(own.hello(), signed(image("esp32s3", 300_000, board=BOARD)), PASSWORD, lambda *_: None)
+        own.close()
+        assert there.process.wait(HANG_S) == 0
+
+
+def test_another_board_can_be_meant(tmp_path: Path) -> None:
+    build = make_build(tmp_path / "build", "esp32s3-devkitc", "esp32s3", named=True)
+    with receiver(tmp_path) as there:
+        run = flash(build, there.port, PASSWORD, board="esp32s3-devkitc")
+        assert run.returncode == Exit.FLASH and "--other-board" in run.stderr and not there.slot.exists()
+        run = flash(build, there.port, PASSWORD, "--other-board", board="esp32s3-devkitc")
+        assert run.returncode == 0, run.stderr
+        assert there.process.wait(HANG_S) == 0
+    assert there.slot.read_bytes() == (build / "firmware.bin").read_bytes()
+
+
+def test_a_build_whose_record_is_of_another_board_is_refused(tmp_path: Path) -> None:
+    """Before anyone is connected to, over the network and over USB."""
+    build = make_build(tmp_path / "build", "esp32s3-devkitc", "esp32s3", named=True)
+    record = (build / "build.json").read_text().replace("esp32s3-devkitc", BOARD)
+    (build / "build.json").write_text(record)
+    run = flash(build, 1, PASSWORD)
+    assert run.returncode == Exit.FLASH and f"is for the board esp32s3-devkitc, not for {BOARD}" in run.stderr
+    usb = [sys.executable, "-m", "wificnc", "flash", BOARD, "--from", str(build), "--dry-run"]
+    run = subprocess.run(usb, capture_output=True, text=True, timeout=HANG_S, cwd=HERE, check=False)
+    assert run.returncode == Exit.FLASH and f"is for the board esp32s3-devkitc, not for {BOARD}" in run.stderr
+
+
 def test_a_firmware_for_another_chip_is_refused_by_the_receiver(tmp_path: Path) -> None:
     with receiver(tmp_path) as there:
         upload = Upload("127.0.0.1", there.port)

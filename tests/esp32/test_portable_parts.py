@@ -30,6 +30,7 @@ PROGRAMS = {
     "little_memory": (),
     "gate": (),
     "trust": (),
+    "turns": (),
     "qr": (),
     "pendant": (),
     "pendant_turns": (),

@@ -11,9 +11,10 @@ from click.testing import CliRunner
 from core_bridge import Bridge
 from wificnc.app import root
 from wificnc.build.host import ensure_host_library
+from wificnc.commands.send import job_program
 from wificnc.errors import JobError
 from wificnc.job.expand import LINES_MAX, Start, expand, load_expand, needs_expansion
-from wificnc.job.program import LONGEST_CODE
+from wificnc.job.program import LONGEST_CODE, ready
 from wificnc.sim.job import JobRequest, SimResult, Timing, run_job
 from wificnc.sim.native import load_library
 
@@ -234,3 +235,31 @@ def test_sim_bounds_endless_loops() -> None:
     assert result.step_events == 0
     kept = simulated("G0 X1\no1 while [1]\n#1=[#1+1]\no1 endwhile\n", lines_max=100, keep_going=True)
     assert kept.step_events > 0 and len(kept.errors) == 1
+
+
+# -- comments that the controller keeps or shows
+
+TOOLS = """o100 repeat [2]
+#1 = [#1 + 1]
+G10 L1 P[#1] Z[5 * #1] (flat 6 mm) ; mine
+T#1 M6 (Fräser!)
+G1 X#1 F100 (cut)
+o100 endrepeat
+"""
+
+
+def test_texts_of_tools_and_of_tool_changes_stay(library: ctypes.CDLL, tmp_path: Path) -> None:
+    """As in a file without O words: in what is sent, and in what `wificnc expand` writes."""
+    sent = [line.wire.decode().strip() for line in ready(job_program("tools.nc", TOOLS.encode(), LINES_MAX).lines)]
+    expected = ["G10L1P1Z5(flat 6 mm)", "T1M6(Fraser)", "G1X1F100", "G10L1P2Z10(flat 6 mm)", "T2M6(Fraser)", "G1X2F100"]
+    assert sent == [f"N{number}{line}" for number, line in zip((3, 4, 5) * 2, expected, strict=True)]
+    job = tmp_path / "tools.nc"
+    job.write_text(TOOLS, encoding="utf-8")
+    for options, written in (([], expected), (["--number"], sent)):
+        done = CliRunner().invoke(root, ["expand", str(job), "-o", "-", *options])
+        assert done.exit_code == 0 and done.stdout.split("\n")[:-1] == written
+
+
+def test_a_text_of_a_tool_that_cannot_be_sent_is_refused(library: ctypes.CDLL) -> None:
+    with pytest.raises(JobError, match=r"tools\.nc:2: a tool's text has letters"):
+        job_program("tools.nc", b"o1 repeat [1]\nG10 L1 P[1] Z1 (6 mm!)\no1 endrepeat\n", LINES_MAX)

@@ -79,26 +79,10 @@ def test_words() -> None:
     assert words_of("G1X-.5Y+2.F1E3") == [("G", 1.0), ("X", -0.5), ("Y", 2.0), ("F", 1.0), ("E", 3.0)]
 
 
-@pytest.mark.parametrize(
-    ("text", "wire"),
-    [
-        ("G10 L1 P2 Z12.5 R3 (6 mm Flat)", "N1G10L1P2Z12.5R3(6 mm Flat)"),
-        ("n5 g10 l1 p2 z1 ; ball (3 mm)", "N1G10L1P2Z1(ball [3 mm])"),  # the controller shows round brackets
-        ("G10 L1 P2 Z1 ( )", "N1G10L1P2Z1( )"),  # forgets the text
-        ("G10 L1 P2 Z1", "N1G10L1P2Z1"),
-        ("G10 L10 P2 Z1 (touch off)", "N1G10L10P2Z1"),
-        ("T2 M6 (Fräser 6 mm!)", "N1T2M6(Fraser 6 mm)"),
-        ("m06t3 (a)(b) ; c", "N1M06T3(ab)"),
-        ("M60 (pallet)", "N1M60"),
-        ("G1 X1 (cut)", "N1G1X1"),
-        ("T2 M6 (" + "x" * 80 + ")", "N1T2M6"),  # it is only shown
-    ],
-)
-def test_the_comments_that_the_controller_keeps_or_shows_are_sent(text: str, wire: str) -> None:
-    line = ready(read_program("job.nc", text.encode()).lines)[0]
-    assert line.wire == wire.encode() + b"\n"
-    (plain,) = ready(read_program("job.nc", f"{text}\n".encode()).lines, numbered=False)
-    assert plain.wire.partition(b"(")[2] == line.wire.partition(b"(")[2], "also without numbers"
+def test_comments_stay_without_numbers_too() -> None:
+    """What stays is in test_comments.py."""
+    (line,) = ready(read_program("job.nc", b"T2 M6 (drill)\n").lines, numbered=False)
+    assert line.wire == b"T2M6(drill)\n"
 
 
 @pytest.mark.parametrize("text", ["G10 L1 P2 Z1 (6 mm!)", "G10 L1 P2 Z1 (Fräser)", "G10 L1 P2 Z1 (" + "x" * 80 + ")"])
@@ -111,16 +95,8 @@ def test_latin_1_in_a_comment_stays_here() -> None:
     assert ready(read_program("job.nc", b"T1 M6 (Fr\xe4ser)").lines)[0].wire == b"N1T1M6(Frser)\n"
 
 
-@pytest.mark.parametrize(
-    ("typed", "wire"),
-    [
-        ("G10 L1 P2 Z12.5 (6 mm flat)", b"G10 L1 P2 Z12.5 (6 mm flat)\n"),
-        ("T2 M6 (Fräser?)", b"T2 M6 (Fraser)\n"),
-        ("G0 X1 (there!)", b"G0 X1 \n"),
-    ],
-)
-def test_a_typed_line_keeps_them_too(typed: str, wire: bytes) -> None:
-    assert typed_line(typed) == wire
+def test_a_typed_line_keeps_its_blanks() -> None:
+    assert typed_line("T2 M6 (drill) ; 1") == b"T2 M6  (drill)\n"
 
 
 def test_a_typed_text_of_a_tool_with_a_command_is_refused() -> None:

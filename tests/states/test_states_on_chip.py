@@ -39,7 +39,7 @@ ALWAYS = [
 EVERY = [
     (situation, name)
     for situation, way in SITUATIONS.items()
-    for name in TABLE.inputs
+    for name in (entry.name for entry in TABLE.controllers)
     if situation.split(",")[0] not in LONG
     and not (NOT_THERE | {"door_byte"}) & set(way)
     and name not in NOT_THERE | NO_MIST

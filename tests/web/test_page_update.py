@@ -90,6 +90,15 @@ def test_the_page_refuses_what_is_no_firmware_for_this_board(
     assert not there.slot.exists()
 
 
+def test_firmware_for_another_board_is_installed_only_on_purpose(there: Receiver, page: Page) -> None:
+    data = firmware("mks-tinybee")
+    page.get_by_label("Allow firmware for another board").check()
+    choose(page, data)
+    install(page)
+    expect(page.get_by_text("The new firmware runs and stays")).to_be_visible()
+    assert there.slot.read_bytes() == data
+
+
 def test_a_missing_signature_and_a_damaged_file_are_refused(page: Page) -> None:
     data = firmware()
     choose(page, data, signature=b"0\x06\x02\x01\x05\x02\x01")

@@ -1,15 +1,18 @@
 """What the step interrupt and both cores of the virtual ESP32 take, with the model of caches and pipeline: a part of
-`make bench-chip`."""
+`make bench-chip`. Flash and cache are as targets/esp32/sdkconfig.defaults.* have them; with --idf-defaults as ESP-IDF
+has them where a project configures nothing."""
 
 from __future__ import annotations
 
+import argparse
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from espsim.program import BOARDS, Program, build
+from espsim.program import BOARDS, ROOT, Program, build
 from numpy.typing import NDArray
+from wificnc.build.esp32 import configuration_lines
 from wificnc.chip.espsim import CPU_HZ, Chip, Core, Level, VirtualChip
 from wificnc.sim.run import SimOptions, simulate
 from xtensa import windows
@@ -17,7 +20,7 @@ from xtensa.toolchain import NoToolchainError, find_toolchain
 
 METHOD = """
 Our core, step engine and both tasks' loops on both cores of the virtual chip, without FreeRTOS and ESP-IDF, flash by
-DIO at 40 MHz (ESP32) and 80 MHz (ESP32-S3). Late: of each step from the PC's simulation, after the median latency;
+DIO. Late: of each step from the PC's simulation, after the median latency;
 milliseconds are motion that has braked, as the task side was late. Misses: time in which core 0 waits for flash."""
 
 STEPS_PER_MM = 250
@@ -29,6 +32,29 @@ JOBS = {
     "chords of 0.1 mm": "G91\n" + "\n".join(f"G1X0.1Y{(-1) ** n * 0.01}F1500" for n in range(150)),
 }
 USUAL = tuple(f"${base + axis}={value}" for base, value in ((110, 5000), (120, 500)) for axis in range(4))
+
+
+@dataclass(frozen=True)
+class Flash:
+    """How code comes from flash."""
+
+    mhz: int
+    code_cache: int  # bytes
+
+
+IDF_DEFAULTS = {Chip.ESP32: Flash(40, 0x8000), Chip.ESP32S3: Flash(80, 0x4000)}  # and a project that sets nothing
+SIZES = {"ESP32S3_INSTRUCTION_CACHE_16KB": 0x4000, "ESP32S3_INSTRUCTION_CACHE_32KB": 0x8000}
+
+
+def shipped(kind: Chip) -> Flash:
+    """As our configuration has it."""
+    lines = configuration_lines(ROOT, kind.name.lower(), "release")
+    options = {line.removeprefix("CONFIG_").removesuffix("=y") for line in lines if line.endswith("=y")}
+    usual = IDF_DEFAULTS[kind]
+    speeds = [mhz for mhz in (20, 26, 40, 80) if f"ESPTOOLPY_FLASHFREQ_{mhz}M" in options]
+    return Flash(
+        next(iter(speeds), usual.mhz), next((SIZES[name] for name in SIZES if name in options), usual.code_cache)
+    )
 
 
 @dataclass(frozen=True)
@@ -53,13 +79,14 @@ def fast_job(rate: int) -> str:
     return f"G91G0X{speed_mm_s * speed_mm_s / 5000 + 0.1 * speed_mm_s:.2f}"
 
 
-def run(kind: Chip, program: Path, settings: tuple[str, ...], lines: str) -> Ran:
+def run(kind: Chip, flash: Flash, program: Path, settings: tuple[str, ...], lines: str) -> Ran:
     with tempfile.TemporaryDirectory() as folder:
         job, trace = Path(folder) / "job.nc", Path(folder) / "trace.csv"
         job.write_text(lines + "\n")
         simulate(SimOptions(file=job, board=BOARDS[kind], settings=settings, trace=trace))
         pc = np.loadtxt(trace, delimiter=",", skiprows=1, usecols=(0, 1), dtype=np.int64, ndmin=2)
     with VirtualChip(kind) as chip:
+        chip.configure_flash(flash.mhz, flash.code_cache)
         running = Program(chip, kind, program, "\n".join((*settings, lines)) + "\n", 1000, two_cores=True)
         running.run(60)
         steps, cores = running.steps(), (chip.core(0), chip.core(1))
@@ -71,10 +98,10 @@ def run(kind: Chip, program: Path, settings: tuple[str, ...], lines: str) -> Ran
     return Ran(running.step_interrupt, cores, late_us, times_us[-1] / 1e6)
 
 
-def show_jobs(kind: Chip, program: Path) -> None:
+def show_jobs(kind: Chip, flash: Flash, program: Path) -> None:
     print(f"\n  {kind.name:26} {'cycles a step interrupt':>24} {'core 0':>8} {'misses':>8} {'core 1':>8} {'late':>10}")
     for name, lines in JOBS.items():
-        ran = run(kind, program, USUAL, lines)
+        ran = run(kind, flash, program, USUAL, lines)
         load = [100 * (1 - core.idle / core.cycles) for core in ran.cores]
         missing = 100 * ran.cores[0].missing / ran.cores[0].cycles
         print(
@@ -83,15 +110,15 @@ def show_jobs(kind: Chip, program: Path) -> None:
         )
 
 
-def show_rates(kind: Chip, program: Path) -> None:
+def show_rates(kind: Chip, flash: Flash, program: Path) -> None:
     print(f"\n  {kind.name:26} {'latest':>14} {'step interrupt':>16}")
     for rate in RATES:
-        ran = run(kind, program, fast_settings(rate), fast_job(rate))
+        ran = run(kind, flash, program, fast_settings(rate), fast_job(rate))
         load = 100 * ran.interrupt.cycles / (ran.seconds * CPU_HZ)
         print(f"  {rate:8} steps/s           {ran.latest:>14} {load:14.1f} %")
 
 
-def main() -> None:
+def main(idf_defaults: bool = False) -> None:
     print(METHOD)
     try:
         tools = find_toolchain()
@@ -102,10 +129,13 @@ def main() -> None:
         print(f"  not measured: {said}")
         return
     for kind in Chip:
-        program = build(tools, kind)
-        show_jobs(kind, program)
-        show_rates(kind, program)
+        program, flash = build(tools, kind), IDF_DEFAULTS[kind] if idf_defaults else shipped(kind)
+        print(f"\n  {kind.name}: flash at {flash.mhz} MHz, {flash.code_cache // 1024} KB of cache for code")
+        show_jobs(kind, flash, program)
+        show_rates(kind, flash, program)
 
 
 if __name__ == "__main__":
-    main()
+    reader = argparse.ArgumentParser(description=__doc__)
+    reader.add_argument("--idf-defaults", action="store_true", help="slower: what ESP-IDF configures by itself")
+    main(reader.parse_args().idf_defaults)

@@ -100,6 +100,15 @@ void cache_reset(struct esp *esp) {
     esp->flash_free = esp->bus_free = 0;
 }
 
+bool es_flash_configure(struct esp *esp, unsigned mhz, uint32_t code_cache) {
+    const uint8_t header[4] = {[2] = 2 /* DIO */, [3] = mhz == 80 ? 15 : 0};
+    const bool is_known = code_cache == 0x8000 || (is_s3(esp) && code_cache == 0x4000);
+    if (!is_known || (mhz != 40 && mhz != 80))
+        return false;
+    spi_configure(esp, header);
+    return !is_s3(esp) || cache_configure(esp, CACHE_CODE, code_cache, 8, 32);
+}
+
 /* ---- whether there are any ---- */
 
 static void attach(struct esp *esp, unsigned core, bool on) {

@@ -39,6 +39,11 @@ bool es_load(struct esp *esp, const uint8_t *bytes, size_t count);
  * one cycle. Before anything runs. */
 void es_timing(struct esp *esp, bool on);
 
+/** What a bootloader sets up, for a program without one: flash is read by DIO at 40 or 80 MHz, and an
+ * ESP32-S3's cache for code is this large; an ESP32's are 32 KB. Before anything runs.
+ * @return false: there is no such configuration */
+bool es_flash_configure(struct esp *esp, unsigned mhz, uint32_t code_cache);
+
 /** Let it work until this cycle. */
 enum es_stop es_run(struct esp *esp, uint64_t until_cycle);
 

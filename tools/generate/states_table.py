@@ -73,6 +73,7 @@ class Input(_Part):
     event: str = ""
     packets: tuple[str, ...] = ()  # of protocol/wmc3.toml; the first one is sent to try it
     other_host: bool = False  # not of the host that commands
+    server: str = ""  # a line that does not reach the controller
     help: str
 
     def all_bytes(self) -> Iterator[int]:
@@ -141,6 +142,11 @@ class Table(_Part):
     @property
     def lines(self) -> list[Input]:
         return [entry for entry in self.input if entry.line is not None]
+
+    @property
+    def controllers(self) -> list[Input]:
+        """What reaches the controller."""
+        return [entry for entry in self.input if not entry.server]
 
     @property
     def packets(self) -> list[Input]:

@@ -1,7 +1,7 @@
 """The pictures of docs/motion.md, drawn from what the code does: `make pictures`.
 
 Paths and speeds are those of step traces at 5000 steps/mm, where a step is 0.2 um; the sector is that of
-core/motion/reduce.c.
+core/motion/reduce.c. With a folder as argument they are drawn there.
 """
 
 from __future__ import annotations
@@ -9,7 +9,10 @@ from __future__ import annotations
 import io
 import json
 import subprocess
+import sys
+from collections.abc import Callable
 from itertools import pairwise
+from pathlib import Path
 from typing import Any
 
 import matplotlib
@@ -59,20 +62,20 @@ STYLE: Any = {
 
 
 def main() -> None:
-    with matplotlib.rc_context(STYLE):
-        write(draw_reduce(), "motion-reduce.svg")
-        write(draw_corners(), "motion-corner.svg")
-        write(draw_timing(), "motion-timing.svg")
-        write(draw_jerk(), "motion-jerk.svg")
+    folder = Path(sys.argv[1]) if len(sys.argv) > 1 else IMAGES
+    for name in PICTURES:
+        (folder / f"{name}.svg").write_text(svg(name), encoding="utf-8")
+        print(folder / f"{name}.svg")
 
 
-def write(figure: Figure, name: str) -> None:
+def svg(name: str) -> str:
+    """A picture as it is drawn now."""
     text = io.StringIO()
-    FigureCanvasSVG(figure)
-    figure.savefig(text, format="svg", metadata={"Date": None})
-    lines = (line.rstrip() for line in text.getvalue().splitlines())
-    (IMAGES / name).write_text("\n".join(lines) + "\n")
-    print((IMAGES / name).relative_to(ROOT))
+    with matplotlib.rc_context(STYLE):
+        figure = PICTURES[name]()
+        FigureCanvasSVG(figure)
+        figure.savefig(text, format="svg", metadata={"Date": None})
+    return "\n".join(line.rstrip() for line in text.getvalue().splitlines()) + "\n"
 
 
 def run(program: str, *settings: str) -> Steps:
@@ -230,6 +233,13 @@ def draw_jerk() -> Figure:
     rows[0].set_title("A line of 12 mm at 5000 mm/min (differences over 4 ms)")
     return figure
 
+
+PICTURES: dict[str, Callable[[], Figure]] = {
+    "motion-reduce": draw_reduce,
+    "motion-corner": draw_corners,
+    "motion-timing": draw_timing,
+    "motion-jerk": draw_jerk,
+}
 
 if __name__ == "__main__":
     main()

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 
 from wificnc.build.host import ensure_host_library
 
-AXES, LANES = 6, 8
+AXES, LANES, KEPT = 6, 8, 2
 
 
-class _Reduce(ctypes.Structure):
-    """struct reduce"""
+class Reduce(ctypes.Structure):
+    """struct reduce of core/motion/reduce.h"""
 
     _fields_ = (
         ("anchor_mm", ctypes.c_double * AXES),
@@ -22,7 +22,8 @@ class _Reduce(ctypes.Structure):
         ("reach_mm", ctypes.c_float),
         ("open", ctypes.c_bool),
         ("aimed", ctypes.c_bool),
-        ("merged", ctypes.c_bool),
+        ("kept", ctypes.c_float * LANES * KEPT),
+        ("dropped", ctypes.c_uint32),
     )
 
 
@@ -33,7 +34,7 @@ class Reducer:
         self._library = ctypes.CDLL(str(ensure_host_library()))
         self._library.reduce_accepts.argtypes = (ctypes.c_void_p, ctypes.c_double * AXES, *[ctypes.c_float] * 2)
         self._library.reduce_accepts.restype = ctypes.c_bool
-        self._state = _Reduce()
+        self._state = Reduce()
         self._library.reduce_reset(ctypes.byref(self._state), _point(anchor_mm))
 
     def accepts(self, point_mm: Sequence[float], tolerance_mm: float) -> bool:

@@ -34,16 +34,7 @@ it.each([["O1000"], ["o0001 (BRACKET)"], ["N1 O7"], [":1000"], ["N9%"]])("keeps 
 
 it("refuses a file without code", () => expect(() => readProgram("a.nc", "(nothing)\n")).toThrow(ProgramError));
 
-it.each([
-  ["G10 L1 P2 Z12.5 R3 (6 mm Flat) ; mine", "N1G10L1P2Z12.5R3(6 mm Flat)"],
-  ["T2 M6 (Fräser 6 mm!)", "N1T2M6(Fraser 6 mm)"],
-  ["G1 X1 (cut)", "N1G1X1"],
-  [`T2 M6 (${"x".repeat(90)})`, "N1T2M6"],
-])("sends of %j the comment that the controller keeps or shows", (text, wire) => {
-  const line = readProgram("a.nc", text).lines[0]!;
-  expect(numbered(line)).toBe(wire);
-  expect(line.code).not.toContain("(");
-});
+it("does not take the comment of a line for its code", () => expect(readProgram("a.nc", "T2 M6 (drill)").lines[0]!.code).toBe("T2M6"));
 
 it.each(["G10 L1 P2 Z1 (6 mm!)", "G10 L1 P2 Z1 (Fräser)", `G10 L1 P2 Z1 (${"x".repeat(80)})`])("refuses %j: the text cannot be sent", (text) =>
   expect(() => readProgram("a.nc", text)).toThrow(/line 1: (characters|more than)/),

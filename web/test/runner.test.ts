@@ -2,7 +2,6 @@
 import { expect, it } from "vitest";
 import { readProgram } from "../src/job/program";
 import { JobRunner } from "../src/job/runner";
-import { sendAlone } from "../src/link/alone";
 import { Controller } from "../src/link/controller";
 import { LineError } from "../src/link/line";
 import type { Transport, TransportEvents } from "../src/link/transport";
@@ -234,19 +233,13 @@ it("sends no line of the job into a parked hold, and the operator's lines get th
   await controller.disconnect();
 });
 
-it("asks the network's own server alone: its answer would overtake the machine's", async () => {
+it("asks the network's own server with other questions: its answers come in turn", async () => {
   const { board, controller } = await connected();
   const settings = controller.send("$$");
-  const listed = sendAlone(controller, "$TRUST");
+  const listed = controller.send("$TRUST");
   await turn();
-  expect(board.heard()).toBe("$$\n\n");
-  board.says("$100=250.000", "ok");
-  await turn();
-  expect(board.heard()).toBe("");
-  board.says("ok");
-  await turn();
-  expect(board.heard()).toBe("$TRUST\n");
-  board.says("[TRUST:1,192.168.1.20,always]", "ok");
+  expect(board.heard()).toBe("$$\n$TRUST\n");
+  board.says("$100=250.000", "ok", "[TRUST:1,192.168.1.20,always]", "ok");
   expect(await settings).toEqual(["$100=250.000"]);
   expect(await listed).toEqual(["[TRUST:1,192.168.1.20,always]"]);
 });

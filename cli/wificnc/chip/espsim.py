@@ -74,6 +74,7 @@ PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "es_destroy": (None, (_CHIP,)),
     "es_load": (c_bool, (_CHIP, c_char_p, c_size_t)),
     "es_timing": (None, (_CHIP, c_bool)),
+    "es_flash_configure": (c_bool, (_CHIP, c_uint, c_uint32)),
     "es_run": (c_int, (_CHIP, c_uint64)),
     "es_stop_at": (None, (_CHIP, c_uint32)),
     "es_cycles": (c_uint64, (_CHIP,)),
@@ -155,6 +156,11 @@ class VirtualChip:
     def timing(self, on: bool) -> None:
         """Whether instructions cost what the model says, as at first, or each a cycle. Before anything runs."""
         self._library.es_timing(self._chip, on)
+
+    def configure_flash(self, mhz: int, code_cache: int) -> None:
+        """As a bootloader does, for a program without one; bytes. Before anything runs. Raises ValueError."""
+        if not self._library.es_flash_configure(self._chip, mhz, code_cache):
+            raise ValueError(f"no chip reads flash at {mhz} MHz with a cache of {code_cache} bytes for code")
 
     @property
     def cycles(self) -> int:

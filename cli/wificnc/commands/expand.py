@@ -11,7 +11,7 @@ from wificnc.build.host import ensure_host_library
 from wificnc.commands._output import OutputFile
 from wificnc.commands._program import max_lines_option
 from wificnc.job.expand import Expanded, Start, expand, load_expand
-from wificnc.job.program import LONGEST_CODE
+from wificnc.job.program import LONGEST_CODE, expanded_comments
 from wificnc.output import STDOUT, write_output
 from wificnc.sim.job import read_job
 
@@ -32,18 +32,25 @@ def command(file: Path, output: Path, at_zero: bool, number: bool, max_lines: in
     """
     start = Start.AT_ZERO if at_zero else Start.ANYWHERE
     library = load_expand(ensure_host_library())
-    expanded = expand(library, file.name, read_job(file), start, max_lines)
-    text = numbered_text(expanded) if number else expanded.text
+    data = read_job(file)
+    expanded = expand(library, file.name, data, start, max_lines)
+    text = commented_text(file.name, data, expanded, number)
     write_output("--output", output, text)
     if output != STDOUT:
         ui.note(f"wrote {output}: {len(expanded.numbers):,} lines")
 
 
-def numbered_text(expanded: Expanded) -> bytes:
-    """The lines with N words, but for those that have one, would become too long, or are $ lines."""
-    lines = []
-    for number, line in zip(expanded.numbers, expanded.text.splitlines(keepends=True), strict=True):
-        numbered = b"N%d%s" % (number, line)
-        fits = len(numbered.rstrip()) <= LONGEST_CODE and line[:1] not in (b"N", b"$")
-        lines.append(numbered if fits else line)
-    return b"".join(lines)
+def commented_text(name: str, data: bytes, expanded: Expanded, numbered: bool) -> bytes:
+    """The lines with the comments that a controller keeps or shows, and, if asked for, with N words, but for those that
+    have one or are $ lines. A line that would become too long goes without one of these. Raises JobError."""
+    comments = expanded_comments(name, data, expanded.text, expanded.numbers)
+    return b"".join(
+        _written(number if numbered and line[:1] not in (b"N", b"$") else 0, line, comment) + b"\n"
+        for number, line, comment in zip(expanded.numbers, expanded.text.splitlines(), comments, strict=True)
+    )
+
+
+def _written(number: int, line: bytes, comment: bytes) -> bytes:
+    name = b"N%d" % number if number else b""
+    choices = [name + line + comment, line + comment, name + line]
+    return next((each for each in choices if len(each) <= LONGEST_CODE), line)

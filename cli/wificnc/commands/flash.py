@@ -17,7 +17,6 @@ from wificnc.board.load import load_board
 from wificnc.board.model import Board
 from wificnc.build.esp32 import SIGNATURE
 from wificnc.build.signing import raw_signature
-from wificnc.chip.image import read_hex
 from wificnc.chip.verify import verify_boot as boots
 from wificnc.commands._port import connected, port_option, progress_bars
 from wificnc.commands._target import json_option
@@ -25,7 +24,7 @@ from wificnc.errors import BuildError, FlashError
 from wificnc.flash.find import firmware_folder
 from wificnc.flash.ota import PORT as OTA_PORT
 from wificnc.flash.ota import Signed, Upload
-from wificnc.flash.pic32mz import OWN, RUNNERS, is_own, plan_flash, require_image, run_flash
+from wificnc.flash.pic32mz import OWN, RUNNERS, is_own, plan_flash, read_image, run_flash
 from wificnc.flash.plan import (
     Chip,
     Partition,
@@ -59,6 +58,8 @@ BANNER_S = 8.0  # its start, and WiFi's
               help="Seconds to wait for the firmware's first message.")  # fmt: skip
 @click.option("--dry-run", is_flag=True, help="Print what would be written; the chip is not accessed.")
 @click.option("--ota", "ota_host", metavar="HOST[:PORT]", help="Update over the network instead.")
+@click.option("--other-board", is_flag=True,
+              help="For --ota: the controller runs the firmware of another board, and BOARD's is meant.")  # fmt: skip
 @click.option("--key", envvar="WIFICNC_KEY", show_envvar=True,
               help="For --ota: the controller's access key. Prompted for if not given.")  # fmt: skip
 @click.option("--tool", type=click.Choice([*(runner.name for runner in RUNNERS), OWN]),
@@ -75,6 +76,7 @@ def command(
     wait_s: float,
     dry_run: bool,
     ota_host: str | None,
+    other_board: bool,
     key: str | None,
     tool: str | None,
     as_json: bool,
@@ -84,6 +86,8 @@ def command(
     What the controller has stored, settings, WiFi and passwords, stays unless --erase is given.
     """
     board = load_board(board_ref)
+    if other_board and ota_host is None:
+        raise FlashError("--other-board is for --ota; over USB, BOARD decides")
     if folder is None:
         folder = firmware_folder(board.id)
         ui.note(f"firmware  {folder}")
@@ -95,7 +99,7 @@ def command(
         done = flash_pic32mz(board, folder, tool, dry_run)
     elif ota_host is not None:
         load_regions(folder, esp32_board(board_ref), esp32_partitions())
-        done = update(board, folder, ota_host, key, dry_run)
+        done = update(board, folder, ota_host, key, Way(dry_run, other_board))
     else:
         options = Options(baud, erase, verify, wait_s)
         done = flash_esp32(esp32_board(board_ref), folder, port, options, dry_run)
@@ -107,7 +111,11 @@ def command(
 
 
 def try_out(board: Board, folder: Path) -> None:
-    """In the virtual chip. Raises FlashError: it fails there; BuildError: there is none here."""
+    """In the virtual chip. Raises FlashError: it fails there, or is no build; BuildError: no such chip is here."""
+    if board.target == "esp32":
+        load_regions(folder, board, esp32_partitions())
+    elif board.target == "pic32mz":
+        read_image(board, folder / "wificnc.hex")
     done = boots(board, folder)
     ui.note(f"boots     in the virtual chip: {done.banner} {done.version}, {done.events} exact step events of a G1")
 
@@ -172,8 +180,7 @@ def flash_pic32mz(board: Board, folder: Path, tool: str | None, dry_run: bool) -
     """By the program of someone else, or ourselves by the board's USB bootloader. Raises FlashError."""
     image = folder / "wificnc.hex"
     if is_own(tool):
-        require_image(board, image)
-        pages = plan_pages(read_hex(image.read_text(encoding="utf-8")))
+        pages = plan_pages(read_image(board, image))
         if not dry_run:
             flash_by_usb(pages)
         return Done({"tool": OWN, "pages": len(pages)}, describe(pages) if dry_run else [])
@@ -251,21 +258,33 @@ def signed_image(folder: Path, board: Board) -> Signed:
         ) from err
 
 
-def update(board: Board, folder: Path, host: str, key: str | None, dry_run: bool) -> Done:
+@dataclass(frozen=True)
+class Way:
+    """How an update over the network is made."""
+
+    dry_run: bool
+    other_board: bool  # than that of the firmware that runs
+
+
+def update(board: Board, folder: Path, host: str, key: str | None, way: Way) -> Done:
     """Over the network. Raises FlashError."""
     image = signed_image(folder, board)
     name, port = host_and_port(host, OTA_PORT)
     facts = {"host": name, "port": port, "size": len(image.data)}
-    if dry_run:
+    if way.dry_run:
         return Done(facts, [f"{len(image.data):,} bytes to {name}:{port}, into the inactive slot"])
     upload = Upload(name, port)
     try:
         hello = upload.hello()
-        if hello.board != board.id:
-            raise FlashError(f"{upload.name} is an {hello.board}", hint=f"wificnc flash {hello.board} --ota {host}")
+        other = hello.board != board.id
+        if other and not way.other_board:
+            raise FlashError(
+                f"{upload.name} is the board {hello.board}, and this firmware is for {board.id}",
+                hint=f"wificnc flash {hello.board} --ota {host}; or give --other-board if {board.id} is meant",
+            )
         key = key or click.prompt("access key", hide_input=True, err=True)
         with progress_bars() as show:
-            upload.send(hello, image, key, lambda done, total: show("firmware", done, total))
+            upload.send(hello, image, key, lambda done, total: show("firmware", done, total), other)
     finally:
         upload.close()
     ui.note("the controller has checked it and starts it now; if this fails, it returns to the old firmware")

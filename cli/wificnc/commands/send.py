@@ -105,7 +105,7 @@ def job_program(name: str, data: bytes, lines_max: int) -> Program:
     if not needs_expansion(library, data):
         return source
     expanded = expand(library, name, data, Start.ANYWHERE, lines_max)
-    return expanded_program(name, source, expanded.text, expanded.numbers)
+    return expanded_program(name, source, data, expanded.text, expanded.numbers)
 
 
 def check_resume(program: Program, from_line: int | None) -> None:

@@ -17,6 +17,7 @@ ANSWER_S = 20.0  # a sector is erased meanwhile
 CHUNK = 16384
 REFUSAL_HINTS = {
     "access key": "`wificnc wifi status` shows it, over USB",
+    "for the board": "flash the firmware of its own board, or give --other-board if this is meant",
     "not signed": "an update comes from who has built the firmware that runs: docs/security.md#updates",
 }
 AGAIN_HINT = "the old firmware still runs; run the same command again"
@@ -68,10 +69,12 @@ class Upload:
             raise FlashError(f"{self.name} does not support the updates of this version")
         return Hello(words[2], words[3], words[4], int(words[5]))
 
-    def send(self, hello: Hello, image: Signed, key: str, progress: Callable[[int, int], None]) -> None:
-        """Send the image and wait until the controller has checked it."""
+    def send(
+        self, hello: Hello, image: Signed, key: str, progress: Callable[[int, int], None], other_board: bool = False
+    ) -> None:
+        """Send the image and wait until the controller has checked it. @param other_board  it may be for another one"""
         data = image.data
-        request = f"{len(data)} {hashlib.sha256(data).hexdigest()} {image.signature.hex()}"
+        request = f"{len(data)} {hashlib.sha256(data).hexdigest()} {image.signature.hex()}{' any-board' * other_board}"
         self._put(f"{request} {proof(key, hello, request)}\n".encode())
         self._expect("OK")
         for at in range(0, len(data), CHUNK):

@@ -17,7 +17,8 @@ from pathlib import Path
 from typing import ClassVar
 
 from wificnc.board.model import Board
-from wificnc.errors import FlashError
+from wificnc.chip.image import Block, read_hex
+from wificnc.errors import BuildError, FlashError
 
 Which = Callable[[str], str | None]
 
@@ -102,7 +103,24 @@ def choose_runner(wanted: str | None, which: Which = shutil.which) -> tuple[Runn
 def require_image(board: Board, image: Path) -> None:
     """Raises FlashError."""
     if not image.is_file():
-        raise FlashError(f"no build found for {board.id}", hint=f"wificnc build {board.id}")
+        raise FlashError(f"no build found for {board.id} in {image.parent}", hint=f"wificnc build {board.id}")
+
+
+def read_image(board: Board, image: Path) -> tuple[Block, ...]:
+    """What is in the HEX file. Raises FlashError."""
+    require_image(board, image)
+    hint = f"wificnc build {board.id}"
+    try:
+        blocks = read_hex(image.read_text(encoding="ascii"))
+    except UnicodeDecodeError as err:
+        raise FlashError(f"{image}: not an Intel HEX file", hint=hint) from err
+    except OSError as err:
+        raise FlashError(f"cannot read {image}: {err.strerror}", hint=hint) from err
+    except BuildError as err:
+        raise FlashError(f"{image}: {err.message}", hint=hint) from err
+    if not blocks:
+        raise FlashError(f"{image}: the HEX file has no data", hint=hint)
+    return blocks
 
 
 def plan_flash(board: Board, image: Path, wanted: str | None = None, which: Which = shutil.which) -> list[str]:

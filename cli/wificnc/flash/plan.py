@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 import struct
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,6 +21,7 @@ PARTITION_TABLE_AT = 0x8000
 IMAGE_MAGIC = 0xE9
 APP_MAGIC = 0xABCD5432
 PROJECT = "wificnc"
+BOARD_MARK = re.compile(rb'"board": "([a-z0-9-]{1,47})"')  # targets/esp32/net/page.c
 BOOTLOADER, TABLE, SLOT_CHOICE, FIRMWARE = "bootloader", "partition table", "slot choice", "firmware"  # of regions
 FLASH_MB = (1, 2, 4, 8, 16, 32, 64, 128)  # of the upper half of header byte 3
 OCTAL_PSRAM_MB = 8  # embedded PSRAM of this size or more is octal
@@ -94,6 +96,12 @@ def load_regions(folder: Path, board: Board, partitions: dict[str, Partition]) -
         Region(SLOT_CHOICE, partitions["otadata"].offset, b"\xff" * partitions["otadata"].size),
         Region(FIRMWARE, slot.offset, app_image(folder / "firmware.bin", board.chip)),
     ]
+    made = board_of(regions[-1].data)
+    if made not in (None, board.id):
+        raise FlashError(
+            f"{folder / 'firmware.bin'} is for the board {made}, not for {board.id}",
+            hint=f"its build.json is of another build: `wificnc build {board.id}`, or `wificnc flash {made}`",
+        )
     if regions[-1].end > slot.offset + slot.size:
         raise FlashError(f"the firmware has {len(regions[-1].data):,} bytes, its slot {slot.size:,}")
     return regions
@@ -106,6 +114,12 @@ def app_image(path: Path, chip: str) -> bytes:
     if magic != APP_MAGIC or project.rstrip(b"\0") != PROJECT.encode():
         raise FlashError(f"{path} is not a WiFiCNC firmware")
     return data
+
+
+def board_of(image: bytes) -> str | None:
+    """The board that a firmware is for, as it tells its page; None: it tells none."""
+    found = BOARD_MARK.search(image)
+    return found[1].decode() if found else None
 
 
 def _check_build(folder: Path, board: Board) -> None:
@@ -121,8 +135,13 @@ def _check_build(folder: Path, board: Board) -> None:
         for name, wanted in sums.items():
             if hashlib.sha256((folder / name).read_bytes()).hexdigest() != wanted:
                 raise FlashError(f"{folder / name} differs from the build record", hint=hint)
-    except (OSError, ValueError, KeyError, TypeError) as err:
-        raise FlashError(f"the build in {folder} is incomplete: {err}", hint=hint) from err
+    except OSError as err:
+        name = Path(str(err.filename)).name
+        why = f"cannot read {name}: {err.strerror}"
+        raise FlashError(f"the build in {folder} is incomplete: {why}", hint=hint) from err
+    except (ValueError, KeyError, TypeError) as err:
+        why = f"{record_path.name} is damaged: not the record of a build"
+        raise FlashError(f"the build in {folder} is incomplete: {why}", hint=hint) from err
 
 
 def _image(path: Path, chip: str) -> bytes:

@@ -162,14 +162,38 @@ def why_not_in_a_job(code: bytes) -> str:
     return ""
 
 
-def expanded_program(name: str, source: Program, text: bytes, numbers: Sequence[int]) -> Program:
-    """The plain lines that a program executes (wificnc.job.expand), with the numbers of the lines they came from."""
+def expanded_program(name: str, source: Program, data: bytes, text: bytes, numbers: Sequence[int]) -> Program:
+    """The plain lines that a program executes (wificnc.job.expand), with the numbers of the lines they came from.
+
+    Raises:
+        JobError: there are none, or a tool's text cannot be sent.
+    """
     if not numbers:
         raise JobError(f"{name} executes no lines")
     lines = tuple(
-        JobLine(number, printable(line), line + b"\n") for number, line in zip(numbers, text.splitlines(), strict=True)
+        JobLine(number, printable(line), line + b"\n", comment)
+        for number, line, comment in zip(
+            numbers, text.splitlines(), expanded_comments(name, data, text, numbers), strict=True
+        )
     )
     return replace(source, lines=lines, expanded=True)
+
+
+def expanded_comments(name: str, data: bytes, text: bytes, numbers: Sequence[int]) -> list[bytes]:
+    """What the controller keeps or shows of the comments of the lines of a file that plain lines came from.
+
+    Raises:
+        JobError: a tool's text cannot be sent.
+    """
+    raw_lines = split_lines(data)
+    comments = []
+    for number, code in zip(numbers, text.splitlines(), strict=True):
+        raw = raw_lines[number - 1]
+        comment = kept_comment(raw.decode("utf-8", "replace"), code_of(code).decode("ascii")).encode("ascii", "replace")
+        if fault := _comment_fault(code, comment):
+            raise JobError(f"{name}:{number}: {fault}: {printable(raw)}")
+        comments.append(comment)
+    return comments
 
 
 def ready(lines: Iterable[JobLine], numbered: bool = True) -> list[JobLine]:

@@ -14,7 +14,13 @@ void ota_init(struct ota *ota, const struct ota_ops *ops, void *ctx, const struc
     *ota = (struct ota){.ops = ops, .ctx = ctx, .image = *image, .access = access};
 }
 
-static const char request_form[] = "expected SIZE SHA256 SIGNATURE MAC";
+static const char request_form[] = "expected SIZE SHA256 SIGNATURE [any-board] MAC";
+static const char any_board_word[] = " any-board";
+static const char board_mark[] = "\"board\": \"";
+enum {
+    MARK_SIZE = sizeof board_mark - 1,
+    MARK_QUOTE = 7 /* a mark may begin with the quotation mark before it */
+};
 
 /* ---- words ---- */
 
@@ -84,6 +90,7 @@ bool ota_connect(struct ota *ota, const struct net_stream *stream, const uint8_t
     ota->stream = *stream;
     ota->state = OTA_ASKED;
     ota->line_size = ota->said_size = ota->taken = 0;
+    ota->mark_at = ota->made_size = 0;
     ota->heard_us = now_us;
     put_hex(ota->nonce, nonce, OTA_NONCE_SIZE);
     put_hex(salt, ota->access->salt, ACCESS_SALT);
@@ -104,6 +111,15 @@ static bool get_words(const char *text, uint8_t *const words[], const size_t siz
     return true;
 }
 
+/* Behind the signature. @return whether it was there; it is not any more */
+static bool take_any_board(char *line) {
+    char *word = strstr(line, any_board_word), *behind = word + sizeof any_board_word - 1;
+    if (word == NULL || *behind != ' ')
+        return false;
+    memmove(word, behind, strlen(behind) + 1);
+    return true;
+}
+
 /* -> size, digest and signature. @return NULL: it is well-formed, and its sender knows the access key */
 static const char *read_request(struct ota *ota, char *line, uint8_t signature[SIGNATURE_SIZE]) {
     uint8_t mac[SHA256_SIZE], wanted[SHA256_SIZE];
@@ -112,11 +128,13 @@ static const char *read_request(struct ota *ota, char *line, uint8_t signature[S
     char message[OTA_LINE_SIZE + 2 * OTA_NONCE_SIZE];
     unsigned long long size;
     int words_at = 0;
+    const char *last = strrchr(line, ' ');
+    int length =
+        snprintf(message, sizeof message, "%s %.*s", ota->nonce, last == NULL ? 0 : (int)(last - line), line);
+    ota->any_board = take_any_board(line);
     if (sscanf(line, "%10llu %n", &size, &words_at) != 1 || words_at == 0 ||
         !get_words(line + words_at, words, sizes, 3))
         return request_form;
-    *strrchr(line, ' ') = '\0';
-    int length = snprintf(message, sizeof message, "%s %s", ota->nonce, line);
     sha256_hmac(ota->access->secret, SHA256_SIZE, message, (size_t)length, wanted);
     ota->size = (size_t)size;
     bool good = access_prove(ota->access, ota->stream.peer, ota->tried_us, mac, wanted) == ACCESS_GOOD;
@@ -162,6 +180,44 @@ static const char *judge(const struct ota *ota) {
     return NULL;
 }
 
+static bool is_of_name(uint8_t byte) {
+    return (byte >= 'a' && byte <= 'z') || (byte >= '0' && byte <= '9') || byte == '-';
+}
+
+/* @return true: it has ended the name of a board, which `made` is now */
+static bool follow_mark(struct ota *ota, uint8_t byte) {
+    if (ota->mark_at == MARK_SIZE && is_of_name(byte) && ota->made_size + 1 < OTA_BOARD_SIZE) {
+        ota->made[ota->made_size++] = (char)byte;
+        return false;
+    }
+    ota->made[ota->made_size] = '\0';
+    if (ota->mark_at == MARK_SIZE && byte == '"' && ota->made_size > 0)
+        return true;
+    if (ota->mark_at == MARK_QUOTE && byte == board_mark[1])
+        ota->mark_at = 2;
+    else if (ota->mark_at < MARK_SIZE && byte == (uint8_t)board_mark[ota->mark_at])
+        ota->mark_at++;
+    else
+        ota->mark_at = byte == '"';
+    ota->made_size = 0;
+    return false;
+}
+
+/* The first name counts. @return NULL, or whose it is */
+static const char *judge_board(struct ota *ota, const uint8_t *bytes, size_t count) {
+    for (; count > 0 && !ota->any_board; bytes++, count--) {
+        if (!follow_mark(ota, *bytes))
+            continue;
+        ota->any_board = true; /* nothing more to look for */
+        if (strcmp(ota->made, ota->image.board) == 0)
+            return NULL;
+        snprintf(ota->line, sizeof ota->line, "this firmware is for the board %s, and this board is %s",
+                 ota->made, ota->image.board);
+        return ota->line;
+    }
+    return NULL;
+}
+
 /* @return NULL, or why the upload ends */
 static const char *keep(struct ota *ota, const uint8_t *bytes, size_t count) {
     const char *why = NULL;
@@ -178,6 +234,7 @@ static const char *keep(struct ota *ota, const uint8_t *bytes, size_t count) {
         why = judge(ota);
         why = why == NULL ? ota->ops->write(ota->ctx, ota->header, OTA_HEADER_SIZE) : why;
     }
+    why = why == NULL ? judge_board(ota, bytes, count) : why;
     return why == NULL && count > 0 ? ota->ops->write(ota->ctx, bytes, count) : why;
 }
 

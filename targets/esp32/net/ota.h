@@ -7,10 +7,14 @@
  *                                               (net/signature.h); 64 of HMAC-SHA256(secret,
  *                                               "NONCE SIZE SHA256 SIGNATURE"), the secret
  *                                               PBKDF2(access key, SALT, ROUNDS)
+ *       or  SIZE SHA256 SIGNATURE any-board MAC\n   the image may be one for another board; the word is in
+ *                                               the MAC's message, too
  *   we      OK\n  or  ERROR text\n
  *   they    the image
  *   we      AT bytes\n                          now and then
  *   we      DONE\n  or  ERROR text\n            it is whole, and starts next
+ *
+ * An image names its board where net/page.c has it: `"board": "ID"`. One that names none is taken.
  *
  * So the key never travels, an old upload cannot be played again, and what arrives is what who has built the
  * running firmware has signed.
@@ -30,6 +34,7 @@ enum {
     OTA_LINGER_US = 2000000
 };
 enum { OTA_LINE_SIZE = 288, OTA_SAID_SIZE = 144, OTA_HEADER_SIZE = 112, OTA_PIECE = 1024 };
+enum { OTA_BOARD_SIZE = 48 };
 
 /** Of the image's first bytes (ESP-IDF, "App Image Format"): magic 0xE9, chip id at 12; at 32 the app
  * descriptor: magic, project name at +48. */
@@ -73,14 +78,20 @@ struct ota {
     uint32_t heard_us;
     uint32_t tried_us; /* when the first line was complete */
     char nonce[2 * OTA_NONCE_SIZE + 1];
-    char line[OTA_LINE_SIZE]; /* received */
+    union {
+        char line[OTA_LINE_SIZE];        /* received */
+        uint8_t header[OTA_HEADER_SIZE]; /* ... then the first bytes, until they can be judged */
+    };
     size_t line_size;
     char said[OTA_SAID_SIZE]; /* not yet sent */
     size_t said_size;
     size_t size, taken; /* bytes of the image */
     uint8_t digest[SHA256_SIZE];
     struct sha256 sha;
-    uint8_t header[OTA_HEADER_SIZE]; /* the first bytes, until they can be judged */
+    bool any_board; /* another board is meant */
+    uint8_t mark_at,
+        made_size; /* of what precedes the board's name in the image, and of the name, found so far */
+    char made[OTA_BOARD_SIZE];
 };
 
 void ota_init(struct ota *ota, const struct ota_ops *ops, void *ctx, const struct ota_image *image,

@@ -14,6 +14,8 @@ export interface Update {
   data: Uint8Array<ArrayBuffer>;
   /** Two numbers of 32 bytes. */
   signature: Uint8Array;
+  /** It may be for another board than the controller's. */
+  anyBoard: boolean;
 }
 
 /** A file that was chosen. */
@@ -43,16 +45,20 @@ const HINTS: readonly [string, string][] = [
   ["damaged", msg`Send it again.`],
 ];
 
-/** An image and its signature, and perhaps the list of their release. Throws a FirmwareError. */
-export function readUpdate(files: readonly NamedFile[], board: string): Update {
+/**
+ * An image and its signature, and perhaps the list of their release. Throws a FirmwareError.
+ * @param anyBoard  another board is meant
+ */
+export function readUpdate(files: readonly NamedFile[], board: string, anyBoard = false): Update {
   const image = only(files, ".bin", "firmware");
   const signature = rawSignature(only(files, ".sig", "signature"));
   if (image.data[0] !== IMAGE_MAGIC) throw new FirmwareError(t`${image.name} is not a firmware image of an ESP32`, tr(WHICH));
   const made = boardOf(image.data);
   if (made === null) throw new FirmwareError(t`${image.name} is not a firmware of WiFiCNC`, tr(WHICH));
-  if (made !== board) throw new FirmwareError(t`${image.name} is for the board ${made}, and this controller is a ${board}`, t`Choose the firmware of ${board}.`);
+  if (made !== board && !anyBoard)
+    throw new FirmwareError(t`${image.name} is for the board ${made}, and this controller is a ${board}`, t`Choose the firmware of ${board}, or allow one for another board.`);
   for (const list of files.filter((file) => file.name.endsWith(".json"))) checkByList(list, image);
-  return { name: image.name, data: image.data, signature };
+  return { name: image.name, data: image.data, signature, anyBoard };
 }
 
 function only(files: readonly NamedFile[], end: string, what: string): NamedFile {
@@ -180,7 +186,7 @@ export async function sendUpdate(update: Update, key: string, progress: (share: 
   try {
     const [name, version, , nonce, salt, rounds] = good(await lines.next()).split(" ");
     if (name !== "WIFICNC-OTA" || version !== "3" || !nonce || !salt) throw new FirmwareError(t`The controller does not support the updates of this page`);
-    const request = `${update.data.length} ${bytesToHex(sha256(update.data))} ${bytesToHex(update.signature)}`;
+    const request = `${update.data.length} ${bytesToHex(sha256(update.data))} ${bytesToHex(update.signature)}${update.anyBoard ? " any-board" : ""}`;
     const proof = hmac(sha256, keySecret(key, salt, Number(rounds)), utf8ToBytes(`${nonce} ${request}`));
     lines.socket.send(utf8ToBytes(`${request} ${bytesToHex(proof)}\n`));
     good(await lines.next());

@@ -2,7 +2,6 @@
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
 import { attempt, controller, job } from "../app";
-import { sendAlone } from "../link/alone";
 import { trustedOf, type Trusted } from "../link/login";
 import { Button, Card, duration } from "./parts";
 import { t } from "../words";
@@ -11,7 +10,7 @@ const trusted = signal<Trusted[] | null>(null);
 
 async function ask(line: string): Promise<string[]> {
   if (job.active.value) throw new Error(t`A job is running: stop it, or wait until it is finished.`);
-  return sendAlone(controller, line);
+  return controller.send(line);
 }
 
 async function list(): Promise<void> {

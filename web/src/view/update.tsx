@@ -5,7 +5,7 @@ import { useRef } from "preact/hooks";
 import { attempt, noMotion, served } from "../app";
 import { findBoard } from "../boards";
 import { reachNew, readUpdate, sendUpdate, type Update } from "../flash/update";
-import { Button, Card, Field, Notice, Progress } from "./parts";
+import { Button, Card, Check, Field, Notice, Progress } from "./parts";
 import { t } from "../words";
 
 type Step = "choose" | "send" | "restart" | "done";
@@ -14,6 +14,7 @@ const update = signal<Update | null>(null);
 const key = signal("");
 const step = signal<Step>("choose");
 const share = signal(0);
+const anyBoard = signal(false);
 
 /** Nothing where this page is not a controller's of its own. */
 export function UpdateCard(): JSX.Element | null {
@@ -45,7 +46,7 @@ function ChooseFiles({ board }: { board: string }): JSX.Element {
     attempt(async () => {
       update.value = null;
       const read = await Promise.all(files.map(async (file) => ({ name: file.name, data: new Uint8Array(await file.arrayBuffer()) })));
-      update.value = readUpdate(read, board);
+      update.value = readUpdate(read, board, anyBoard.value);
       step.value = "choose";
     });
   const busy = step.value === "send" || step.value === "restart";
@@ -70,6 +71,15 @@ function ChooseFiles({ board }: { board: string }): JSX.Element {
         }}
       />
       {update.value && <span class="small soft">{update.value.name}</span>}
+      <Check
+        label={t`Allow firmware for another board: it may drive other pins`}
+        checked={anyBoard.value}
+        disabled={busy}
+        onChange={(on) => {
+          anyBoard.value = on;
+          update.value = null; // it was read with the other answer
+        }}
+      />
     </div>
   );
 }

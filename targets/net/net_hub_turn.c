@@ -1,0 +1,145 @@
+/* SPDX-License-Identifier: MIT
+ * Lines that the hub answers itself, $TRUST, $LOGIN of who is in, $QR, have their client's turn: they wait
+ * among its other lines, with a mark that says whose they are, until the controller has answered all of that
+ * client before them. Lines of others, and what the machine does, do not keep them waiting. */
+#include "net_hub_inner.h"
+#include "net_line.h"
+
+#include <string.h>
+
+_Static_assert((int)NET_CLIENTS <= (int)NET_LINE_MARKS, "a mark for each place");
+_Static_assert(NET_LINE_MARK + NET_LINE_MARKS <= 0xFE, "other marks are above");
+
+static bool is_its_line(const struct net_hub *hub, const char *line, size_t size) {
+    return size > 0 && line[0] == '$' &&
+           (net_hub_is_access_line(line, size) || net_hub_is_qr_line(hub, line, size));
+}
+
+static char mark_of(const struct net_hub *hub, const struct net_client *client) {
+    return (char)(NET_LINE_MARK + (client - hub->client));
+}
+
+static struct net_client *marked_client(struct net_hub *hub, const char *line) {
+    return &hub->client[(uint8_t)*line - NET_LINE_MARK];
+}
+
+/* The rest of a line that the controller has got in part is none, nor is a damaged line. */
+bool net_hub_mark_line(const struct net_hub *hub, struct net_client *owner) {
+    const size_t size = owner->in.count - owner->whole;
+    const bool is_rest = owner->in_long && owner->whole == 0;
+    if (size == 0 || is_rest || !is_its_line(hub, net_queue_head(&owner->in) + owner->whole, size) ||
+        net_line_sound(net_queue_head(&owner->in) + owner->whole, size) < size)
+        return false;
+    if (!net_queue_add(&owner->in, "", 1)) {
+        owner->gone = true;
+        return true;
+    }
+    char *line = owner->in.bytes + owner->in.begin + owner->whole;
+    memmove(line + 1, line, size);
+    *line = mark_of(hub, owner);
+    owner->called_off = false;
+    return true;
+}
+
+/* ---- answers ---- */
+
+static void answer(struct net_hub *hub, struct net_client *client, const char *line, size_t size) {
+    if (net_hub_is_qr_line(hub, line, size))
+        net_hub_answer_qr(hub, client);
+    else
+        net_hub_answer_access(hub, client, line, size);
+}
+
+static void answer_now(struct net_hub *hub, struct net_client *client, const char *line, size_t size) {
+    if (is_its_line(hub, line, size)) {
+        answer(hub, client, line, size);
+    } else if (size == 0) {
+        net_hub_say(hub, client, "ok\r\n", 4);
+    } else if (!net_hub_answer_reports(hub, client, line, size)) {
+        if (!client->explained && client != hub->owner)
+            net_hub_explain(hub, client);
+        client->explained = true;
+        net_hub_refuse(hub, client, STATUS_OBSERVER, NULL);
+    }
+}
+
+/* Where `left` is full, too, the order is given up: its real-time bytes must still be read. */
+void net_hub_answer_observer(struct net_hub *hub, struct net_client *client, const char *line, size_t size) {
+    const char mark = mark_of(hub, client);
+    client->in_left &= hub->left.count > 0 || hub->inside_left > 0;
+    if (!client->in_left || hub->left.count + size + 2 > hub->sizes.left) {
+        answer_now(hub, client, line, size);
+        return;
+    }
+    const size_t before = hub->left.count;
+    if (!net_queue_add(&hub->left, &mark, 1) || !net_queue_add(&hub->left, line, size) ||
+        !net_queue_add(&hub->left, "\n", 1)) {
+        net_queue_cut(&hub->left, before);
+        answer_now(hub, client, line, size);
+    }
+}
+
+/* ---- turns ---- */
+
+/* @return bytes of the first line, with its mark and its LF */
+static size_t first_line(const char *lines, size_t count) {
+    const char *end = memchr(lines, '\n', count);
+    return end == NULL ? count : (size_t)(end + 1 - lines);
+}
+
+/* What follows the revocation of one's own trust is not read any more. */
+static bool answer_owner(struct net_hub *hub, struct net_client *owner) {
+    bool any = false;
+    while (owner->whole > 0 && net_line_is_marked(net_queue_head(&owner->in)) &&
+           net_hub_owners_inside(hub) == 0 && net_hub_lines_allowed(hub) > 0 && net_hub_is_open(owner)) {
+        const size_t size = first_line(net_queue_head(&owner->in), owner->whole);
+        answer_now(hub, owner, net_queue_head(&owner->in) + 1, size - 2);
+        net_queue_drop(&owner->in, size);
+        owner->whole -= size;
+        if (owner->refused)
+            net_hub_drop_lines(owner);
+        any = true;
+    }
+    return any;
+}
+
+static bool answer_left(struct net_hub *hub) {
+    bool any = false;
+    while (hub->left.count > 0 && hub->inside_left == 0 && net_line_is_marked(net_queue_head(&hub->left))) {
+        const char *line = net_queue_head(&hub->left);
+        const size_t size = first_line(line, hub->left.count);
+        answer_now(hub, marked_client(hub, line), line + 1, size - 2);
+        net_queue_drop(&hub->left, size);
+        any = true;
+    }
+    return any;
+}
+
+bool net_hub_answer_turns(struct net_hub *hub) {
+    const bool any = answer_left(hub);
+    return (hub->owner != NULL && answer_owner(hub, hub->owner)) || any;
+}
+
+/* ---- ends ---- */
+
+/* Its trust was revoked, so it cannot trust itself again. */
+static bool is_shut_out(const struct net_hub *hub, const struct net_client *client) {
+    return client->by_trust && net_hub_locks(hub) && !access_may(hub->access, client->stream.peer);
+}
+
+void net_hub_end_turns_of(struct net_hub *hub, struct net_client *client) {
+    char *lines = hub->left.count > 0 ? hub->left.bytes + hub->left.begin : NULL;
+    size_t to = 0, size;
+    client->gone = true; /* no one to answer */
+    for (size_t from = 0, end = hub->left.count; from < end; from += size) {
+        size = first_line(lines + from, end - from);
+        if (net_line_is_marked(lines + from) && marked_client(hub, lines + from) == client) {
+            if (!is_shut_out(hub, client))
+                answer_now(hub, client, lines + from + 1, size - 2);
+            continue;
+        }
+        memmove(lines + to, lines + from, size);
+        to += size;
+    }
+    hub->left.count = to;
+}

@@ -1,0 +1,217 @@
+/* SPDX-License-Identifier: MIT
+ * Lines that the hub answers itself come in their client's turn: each client's answers are in the order of
+ * its lines, whatever waits, whoever commands meanwhile, and whatever becomes of the client. */
+#include "hub_wires.h"
+
+enum { OWNER = 0, OTHER = 1, CABLE = 2 };
+
+static const char listed[] = "[TRUST:1,10.0.0.255,always]\r\n";
+
+static void begin_turns(void) {
+    start("");
+    CHECK(access_trust(&the_gate, lockout_ipv4((const uint8_t[4]){10, 0, 0, 255}), ACCESS_ALWAYS));
+    CHECK(come(OWNER, false) && come(OTHER, false) && come(CABLE, true));
+}
+
+/* The controller answers the oldest line that it has not answered. */
+static void answer_one(const char *answer) {
+    strcpy(says, answer);
+    round_trip();
+    round_trip(); /* what has its turn now */
+}
+
+static bool heard(unsigned n, const char *text) {
+    const bool same = strcmp(wires[n].out, text) == 0;
+    if (!same)
+        printf("client %u has got: %s\n", n, wires[n].out);
+    return same;
+}
+
+static void an_owners_answers_are_in_the_order_of_its_lines(void) {
+    begin_turns();
+    send(OWNER, "G0X1\n$TRUST\nG0X2\n$TRUST=week\n$LOGIN=x\nG0X3\n$trust\n");
+    CHECK(strcmp(got, "G0X1\n") == 0 && heard(OWNER, ""));
+    answer_one("ok\r\n");
+    CHECK(strcmp(got, "G0X1\nG0X2\n") == 0);
+    CHECK(heard(OWNER, "ok\r\n[TRUST:1,10.0.0.255,always]\r\nok\r\n"));
+    wires[OWNER].out_count = 0;
+    answer_one("error:22\r\n");
+    CHECK(strcmp(got, "G0X1\nG0X2\nG0X3\n") == 0);
+    CHECK(heard(
+        OWNER, "error:22\r\n[MSG:$TRUST is no, day, always, none, or no and a number]\r\nerror:3\r\nok\r\n"));
+    wires[OWNER].out_count = 0;
+    answer_one("ok\r\n");
+    CHECK(heard(OWNER, "ok\r\n[TRUST:1,10.0.0.255,always]\r\nok\r\n"));
+}
+
+/* What waits is not its own: a login, say, must not wait for a held machine. */
+static void who_has_no_line_that_waits_is_answered_immediately(void) {
+    begin_turns();
+    full = true;
+    send(OWNER, "$LOGIN=x\n$TRUST\n");
+    CHECK(strncmp(wires[OWNER].out, "ok\r\n[TRUST:1", 12) == 0);
+    send(OWNER, "G0X1\nG0X2\n");
+    send(OTHER, "$TRUST\n"); /* an observer */
+    CHECK(heard(OTHER, "[TRUST:1,10.0.0.255,always]\r\nok\r\n"));
+    send(OTHER, "$TAKE\n");
+    send(CABLE, "$TRUST\n");
+    CHECK(strncmp(wires[CABLE].out, listed, sizeof listed - 1) == 0);
+    wires[OTHER].closed = true; /* its empty line waits behind those of the first owner */
+    round_trip();
+    send(CABLE, "$LOGIN=x\n$TRUST\n"); /* becomes the owner, behind lines of two */
+    CHECK(hub.owner == &hub.client[CABLE] && hub.left.count > 0);
+    CHECK(strstr(wires[CABLE].out, "ok\r\n[TRUST:1,10.0.0.255,always]\r\nok\r\n") != NULL);
+}
+
+static void a_full_controller_and_a_full_queue_keep_the_order(void) {
+    static const char *const answers[] = {"error:1\r\n", "error:2\r\n"};
+    begin_turns();
+    full = true;
+    for (unsigned n = 0; n < 100; n++)
+        send(OWNER, "G0X1\n$TRUST\nG0X100Y100Z100\n");
+    CHECK(hub.owner->in.count >= 2048 && heard(OWNER, ""));
+    full = false;
+    round_trip();
+    CHECK(strcmp(got, "G0X1\n") == 0 && heard(OWNER, ""));
+    for (unsigned n = 0; n < 40; n++) {
+        char expected[64];
+        const bool is_first = n % 2 == 0; /* of the two lines around $TRUST */
+        got_count = wires[OWNER].out_count = 0;
+        answer_one(answers[n % 2]);
+        snprintf(expected, sizeof expected, "%s%s", answers[n % 2], is_first ? listed : "");
+        CHECK(heard(OWNER, strcat(expected, is_first ? "ok\r\n" : "")));
+        CHECK(strncmp(got, is_first ? "G0X100Y100Z100\nG0X1\n" : "", got_count) == 0);
+    }
+}
+
+static void a_reset_forgets_them_with_the_other_lines(void) {
+    begin_turns();
+    send(OWNER, "G0X1\n$TRUST=none\n");
+    send(OWNER, "\x18");
+    strcpy(says, "\r\nGrbl 1.1h ['$' for help]\r\n");
+    round_trip();
+    CHECK(hub.owner->in.count == 0 && strstr(wires[OWNER].out, "ok") == NULL);
+    CHECK(the_gate.trust[0].who != 0);
+    send(OWNER, "$TRUST\n");
+    CHECK(heard(OWNER, "[TRUST:1,10.0.0.255,always]\r\nok\r\n"));
+    send(OWNER, "G0X1\n$TRUST\n"); /* the controller resets by itself */
+    strcpy(says, "\r\nGrbl 1.1h ['$' for help]\r\n");
+    round_trip();
+    CHECK(strstr(wires[OWNER].out, "TRUST:") == NULL && hub.owner->in.count == 0);
+}
+
+static void a_jog_cancel_takes_none_of_them(void) {
+    begin_turns();
+    full = true;
+    send(OWNER, "$J=G91X1F1\n$TRUST\n$J=G91X2F1\n\x85");
+    full = false;
+    wires[OWNER].out_count = 0;
+    round_trip();
+    CHECK(strcmp(got, "\n") == 0);
+    answer_one("ok\r\n");
+    CHECK(heard(OWNER, "ok\r\n[TRUST:1,10.0.0.255,always]\r\nok\r\n") && strcmp(got, "\n\n") == 0);
+}
+
+/* It has sent them, and still hears. */
+static void a_former_owner_has_its_answers_in_order(void) {
+    begin_turns();
+    send(OWNER, "G0X1\n$TRUST\nG0X2\n");
+    send(OTHER, "$TAKE\nG0X3\n$TRUST\n");
+    wires[OTHER].out_count = wires[OWNER].out_count = 0;
+    send(OWNER, "$TRUST=week\nG0X4\n\n$RI=1000\n"); /* as an observer: behind its lines of before */
+    CHECK(heard(OWNER, "") && strcmp(got, "G0X1\n\x85") == 0);
+    got_count = 0;
+    answer_one("ok\r\n");
+    CHECK(strcmp(got, "G0X2\n") == 0);
+    CHECK(heard(OWNER, "ok\r\n[TRUST:1,10.0.0.255,always]\r\nok\r\n"));
+    wires[OWNER].out_count = 0;
+    answer_one("error:33\r\n");
+    CHECK(heard(OWNER,
+                "error:33\r\n[MSG:$TRUST is no, day, always, none, or no and a number]\r\nerror:3\r\n"
+                "[MSG:Observer: client is in control, $TAKE takes control]\r\nerror:181\r\nok\r\nok\r\n"));
+    CHECK(heard(OTHER, "") && strcmp(got, "G0X2\n\nG0X3\n") == 0);
+    answer_one("ok\r\nok\r\n");
+    CHECK(heard(OTHER, "ok\r\nok\r\n[TRUST:1,10.0.0.255,always]\r\nok\r\n"));
+    wires[OWNER].out_count = 0;
+    send(OWNER, "$TRUST\n"); /* nothing of it waits any more */
+    CHECK(heard(OWNER, "[TRUST:1,10.0.0.255,always]\r\nok\r\n"));
+}
+
+/* `nc`: the input has ended, the answers are awaited. */
+static void a_sender_whose_input_has_ended_has_its_answers_in_order(void) {
+    begin_turns();
+    wires[OWNER].ended = true;
+    send(OWNER, "G0X1\n$TRUST\n");
+    round_trip();
+    CHECK(hub.owner == NULL && strstr(wires[OWNER].out, "TRUST:") == NULL);
+    wires[OWNER].out_count = 0;
+    answer_one("ok\r\n");
+    CHECK(heard(OWNER, "ok\r\n[TRUST:1,10.0.0.255,always]\r\nok\r\n"));
+}
+
+static void what_a_lost_sender_has_revoked_stays_revoked(void) {
+    begin_turns();
+    send(OWNER, "G0X1\n$TRUST=none\nG0X2\n");
+    wires[OWNER].closed = true;
+    round_trip();
+    CHECK(the_gate.trust[0].who == 0);
+    answer_one("ok\r\n");
+    CHECK(strcmp(got, "G0X1\nG0X2\n") == 0);
+    CHECK(strstr(wires[OTHER].out, "not trusted") == NULL);
+}
+
+/* Client 0 came in by trust: its wish to be trusted waits, and so must not outlast the revocation. */
+static void a_revoked_client_does_not_trust_itself_again(void) {
+    start("s3cret!?");
+    CHECK(access_trust(&the_gate, 1, ACCESS_DAY) && come(0, false) && come(2, true));
+    send(0, "G0X1\n$TRUST=always\n");
+    send(2, "$TRUST=none\n");
+    round_trip();
+    CHECK(wires[0].closed && !access_may(&the_gate, 1));
+    strcpy(says, "ok\r\n");
+    round_trip();
+    CHECK(!access_may(&the_gate, 1) && hub.left.count == 0);
+}
+
+static void lines_behind_its_own_revocation_do_not_run(void) {
+    start("s3cret!?");
+    CHECK(access_trust(&the_gate, 1, ACCESS_DAY) && come(0, false));
+    send(0, "G0X1\n$TRUST=no\nG0X3\n");
+    wires[0].out_count = 0;
+    strcpy(says, "ok\r\n");
+    round_trip();
+    round_trip();
+    CHECK(strcmp(got, "G0X1\n") == 0 && wires[0].closed);
+    CHECK(heard(0, "ok\r\n[MSG:This address is not trusted any more]\r\nok\r\n"));
+}
+
+/* A damaged line, and the rest of one that is longer than the queue, are lines of the controller. */
+static void what_only_looks_like_one_is_fed(void) {
+    begin_turns();
+    for (unsigned n = 0; n < 2048 / 256; n++) {
+        char part[257];
+        memset(part, 'X', 256);
+        part[256] = '\0';
+        send(OWNER, part);
+    }
+    CHECK(hub.owner->in_long);
+    got_count = 0;
+    send(OWNER, "$TRUST\n");
+    CHECK(strcmp(got, "$TRUST\n") == 0);
+}
+
+int main(void) {
+    an_owners_answers_are_in_the_order_of_its_lines();
+    who_has_no_line_that_waits_is_answered_immediately();
+    a_full_controller_and_a_full_queue_keep_the_order();
+    a_reset_forgets_them_with_the_other_lines();
+    a_jog_cancel_takes_none_of_them();
+    a_former_owner_has_its_answers_in_order();
+    a_sender_whose_input_has_ended_has_its_answers_in_order();
+    what_a_lost_sender_has_revoked_stays_revoked();
+    a_revoked_client_does_not_trust_itself_again();
+    lines_behind_its_own_revocation_do_not_run();
+    what_only_looks_like_one_is_fed();
+    net_hub_close(&hub);
+    return report();
+}
