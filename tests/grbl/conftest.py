@@ -17,9 +17,8 @@ from chip_grbl import ChipGrbl
 from esp_grbl import BOARD, IMAGE, EspGrbl
 from grbl_host import BANNER, Grbl
 from image_fixture import ALL_ON_CHIP, board, build, image
-from needs import BoardGrbl, is_needing, lack, needs_of
+from needs import BoardGrbl, is_needing, lack, loaded, needs_of
 from sample import sampled
-from wificnc.board.load import load_board
 from wificnc.chip.wired import greet
 
 __all__ = ["board", "build", "image"]
@@ -52,7 +51,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
         where = _controller(item)
         if where not in ("esp", *ESP_BOARDS):
             continue
-        if reason := lack(load_board(BOARD if where == "esp" else where), needs_of(item)):
+        if reason := lack(loaded(BOARD if where == "esp" else where), needs_of(item)):
             item.add_marker(pytest.mark.xfail(reason=reason, strict=True))
     items[:] = [item for item in items if _controller(item) not in ESP_BOARDS or needs_of(item)]
 

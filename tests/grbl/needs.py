@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable
+from functools import cache
 
 import pytest
 from _pytest.mark import ParameterSet
@@ -49,9 +50,12 @@ def needs_of(item: pytest.Item) -> list[str]:
     return [need for mark in item.iter_markers("needs") for need in mark.args]
 
 
+loaded = cache(load_board)  # hundreds of tests read the same files
+
+
 def pc_board(name: str) -> HostBoard:
     """The PC as this board."""
-    numbers = dict(board_numbers(load_board(name)))
+    numbers = dict(board_numbers(loaded(name)))
     numbers["axis_count"] = numbers.pop("axes")
     return HostBoard(**numbers)
 
@@ -60,7 +64,7 @@ class BoardGrbl(Grbl):
     """The PC as a board, with the inputs that the board's file has."""
 
     def __init__(self, name: str) -> None:
-        self._board = load_board(name)
+        self._board = loaded(name)
         self.plan_moves = self._board.look_ahead - PLAN_BURST
         super().__init__(board=pc_board(name))
 

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 from grbl_host import BANNER, Grbl
-from needs import pc_board
+from needs import loaded, pc_board
 from wificnc.board.abilities import ABILITIES
-from wificnc.board.load import find_boards, load_board
+from wificnc.board.load import find_boards
 from wificnc.board.model import Board
 
 PASSES, NO_PWM, NO_PORT, NO_OUTPUT, NO_TOOLSETTER, NO_ENCODER, NO_BUS = 0, 17, 131, 135, 136, 150, 190
@@ -22,7 +22,7 @@ FLOOD, MIST = "This board has no flood output", "This board has no mist output"
 
 @pytest.fixture(params=[path.stem for path in find_boards()])
 def board(request: pytest.FixtureRequest) -> Board:
-    return load_board(str(request.param))
+    return loaded(str(request.param))
 
 
 @pytest.fixture

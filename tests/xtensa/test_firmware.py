@@ -69,7 +69,7 @@ def rmt_program_of(chip: str) -> Program:
 
 def board_program(board: Board, output: Path) -> Program:
     headers = small_headers(ROOT, board.chip, output, board)
-    objects = compile_all(find_toolchain(), ROOT, headers, board_sources(ROOT), output)
+    objects = compile_all(find_toolchain(), ROOT, headers, board_sources(ROOT), output, kinds=("asm",))
     assert not [(made.source.name, made.said) for made in objects if made.said]
     return interrupt_program(ROOT, output, board_sources(ROOT))
 

@@ -306,12 +306,13 @@ def test_the_control_port_has_hands_at_the_pins(build: Path) -> None:
         assert ask(control, "") == "ok"
 
 
-def test_a_board_with_ethernet_is_reached_there(shifted: Path, ethernet: Path) -> None:
-    """A call of this computer is one of the image's network, which this image does not answer; its wire is the
-    pseudo-terminal's alone. Of shift registers no output can be driven."""
+def test_a_board_with_ethernet_is_reached_there(build: Path, ethernet: Path) -> None:
+    """By the board file, with the image of BOARD, which is built already. A call of this computer is one of the image's
+    network, which this image does not answer; its wire is the pseudo-terminal's alone. Of shift registers no output can
+    be driven."""
     if not has_slirp():
         pytest.skip("no libslirp: apt-get install libslirp0")
-    application = shifted / "firmware.bin"
+    application = build / "firmware.bin"
     with serving("--on-chip", application, "--network", "user", "--wmc3", "127.0.0.82", board=ethernet) as doors:
         assert doors["wmc3"] == "127.0.0.82"
         with connect(doors["tcp"]) as client, connect(doors["control"]) as control:
@@ -343,10 +344,10 @@ def test_what_an_image_without_ethernet_cannot_serve(
     [("lan", "--network 'lan' is not a network"), ("tap:none/there", "is not the name of a TAP device")],
 )
 def test_networks_that_there_are_not(
-    shifted: Path, ethernet: Path, network: str, says: str, capsys: pytest.CaptureFixture[str]
+    build: Path, ethernet: Path, network: str, says: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    options = ("--board", ethernet, "--on-chip", shifted / "firmware.bin", "--network", network, "--tcp", "off")
-    assert wificnc("serve", *options, "--pty", shifted / "tty") == Exit.DEVICE
+    options = ("--board", ethernet, "--on-chip", build / "firmware.bin", "--network", network, "--tcp", "off")
+    assert wificnc("serve", *options, "--pty", build / "tty") == Exit.DEVICE
     assert says in capsys.readouterr().err
 
 

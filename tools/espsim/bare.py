@@ -10,7 +10,7 @@ from pathlib import Path
 from wificnc.board.model import Board
 from wificnc.chip.espsim import Chip
 from xtensa import windows
-from xtensa.compile import compile_all
+from xtensa.compile import BOTH, Kind, compile_all
 from xtensa.headers import small_headers
 from xtensa.toolchain import Toolchain
 
@@ -133,8 +133,10 @@ def build(
     twin = firmware.with_name("esp32") if chip != Chip.ESP32 or board is not None else None
     plain = small_headers(root, name, firmware, board)
     c_files = [path for path in sources if path.suffix == ".c"]
-    texts = windows.texts(compile_all(tools, root, plain, c_files, firmware, twin))
+    # The folder of a chip has what other tests need, too.
+    kinds: tuple[Kind, ...] = BOTH if board is None else ("asm",)
+    texts = windows.texts(compile_all(tools, root, plain, c_files, firmware, twin, kinds=kinds))
     near = replace(plain, system=(own[0].parent, *plain.system))
-    texts += windows.texts(compile_all(tools, root, near, own, output))
+    texts += windows.texts(compile_all(tools, root, near, own, output, kinds=("asm",)))
     texts += [path for path in sources if path.suffix == ".S"]
     return windows.link(tools, texts, output, layout(chip, in_ram(texts, output)))

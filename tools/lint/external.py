@@ -13,9 +13,11 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from wificnc.build.compiler import identify_compiler
 from wificnc.build.cross import zig_cc
 from wificnc.build.host import FOLDERS, HEADERS, SYSTEM, WARNINGS
 from wificnc.build.platforms import PLATFORMS, sources_of
+from wificnc.errors import BuildError
 
 from lint.problem import Problem, source_files
 
@@ -33,6 +35,7 @@ CPPCHECK = (
 )
 PYTHON = ("cli", "tools", "tests", "examples")
 HAL_PROGRAM = "linuxcnc/wificnc.c"  # needs LinuxCNC's headers: tests/linuxcnc builds it by halcompile, with warnings
+NEWEST_CLANG, OLDEST_CLANG = 40, 15  # releases that are looked for
 FOREIGN = PLATFORMS["windows-x86_64"]  # compiles the sources that Linux and macOS do not
 COMPILED = (*(f"{path}/" for path in SOURCES), "tools/bench/", "tools/mzsim/", "tools/espsim/")
 
@@ -75,17 +78,34 @@ def check_compilers(root: Path) -> list[Problem]:
     flags = ["-std=c11", *WARNINGS, "-Werror", *(f"-I{path}" for path in INCLUDE_PATHS)]
     here = [*SYSTEM.macros, *flags]
     problems = []
-    for path in filter(None, map(shutil.which, ("gcc", "clang"))):
+    newest = _newest_clang()
+    for path in dict.fromkeys(filter(None, (*map(shutil.which, ("gcc", "clang")), newest))):
         problems += run_tool(root, [path, *here, "-fsyntax-only", *map(str, sources)]) if sources else []
     if importlib.util.find_spec("ziglang"):
-        problems += _check_zig(root, here, sources)
+        if _release(zig_cc()) > (_release([newest]) if newest else 0):
+            problems += _check_zig(root, here, sources)
         foreign = sorted({*sources_of(FOREIGN.system, compiled)} - {*sources})
         problems += _check_zig(root, [*FOREIGN.target_flags, *FOREIGN.system.macros, *flags], foreign)
     return problems
 
 
+def _newest_clang() -> str | None:
+    """Of those with their release in their name, as Debian has several next to each other."""
+    names = (f"clang-{release}" for release in range(NEWEST_CLANG, OLDEST_CLANG - 1, -1))
+    return next(filter(None, map(shutil.which, names)), None)
+
+
+def _release(argv: Sequence[str]) -> int:
+    """Of a clang, by its own word; 0 when it does not run."""
+    try:
+        version = identify_compiler(tuple(argv)).version
+    except (OSError, BuildError):
+        return 0
+    return int(version.partition(".")[0]) if version[:1].isdigit() else 0
+
+
 def _check_zig(root: Path, flags: Sequence[str], sources: Sequence[Path]) -> list[Problem]:
-    """PyPI's zig, the newest clang of them all. It cannot check without compiling, nor several files in one call."""
+    """PyPI's zig. It cannot check without compiling, nor several files in one call: twice the time of that clang."""
 
     def check(source: Path) -> list[Problem]:
         with tempfile.TemporaryDirectory() as scratch:

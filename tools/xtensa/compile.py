@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Literal
 
 from xtensa.headers import Headers
 from xtensa.toolchain import Toolchain
@@ -46,6 +47,10 @@ FLAGS = (
 # A choice between two float constants becomes a table of them, which LLVM 22 cannot address on Xtensa; without
 # optimisation it stays a branch.
 LLC_GAP = "Cannot select"
+
+# What llc makes, each by a call of its own that takes a third of a file's time.
+Kind = Literal["obj", "asm"]
+BOTH: tuple[Kind, ...] = ("obj", "asm")
 
 FOLDERS = ("core", "targets/chip", "targets/net", "targets/esp32")
 EXCLUDED = ("targets/esp32/test/",)
@@ -104,19 +109,25 @@ def compile_all(
     output: Path,
     twin: Path | None = None,
     *,
-    as_text: bool = True,
+    kinds: Sequence[Kind] = BOTH,
 ) -> list[Object]:
     """Compile each source; a failed one has `said`. @param twin  output of another chip: objects are taken from there
-    where they would be the same. as_text  False: without Object.assembly, which takes a third of the time"""
+    where they would be the same. kinds  what is needed of Object.path and Object.assembly"""
     includes = [f"-I{path}" for path in (headers.generated, *(root / folder for folder in FOLDERS))]
     includes += [flag for path in headers.system for flag in ("-isystem", str(path))]
     argv = [tools.clang, *FLAGS, *headers.flags, *includes]
     with ThreadPoolExecutor(os.cpu_count()) as pool:
-        return list(pool.map(lambda source: _compile(tools, argv, root, source, output, twin, as_text), sources))
+        return list(pool.map(lambda source: _compile(tools, argv, root, source, output, twin, kinds), sources))
 
 
 def _compile(
-    tools: Toolchain, argv: Sequence[str], root: Path, source: Path, output: Path, twin: Path | None, as_text: bool
+    tools: Toolchain,
+    argv: Sequence[str],
+    root: Path,
+    source: Path,
+    output: Path,
+    twin: Path | None,
+    kinds: Sequence[Kind],
 ) -> Object:
     made = Object(source, output / source.relative_to(root).with_suffix(".o"))
     made.path.parent.mkdir(parents=True, exist_ok=True)
@@ -124,15 +135,15 @@ def _compile(
     llc = [tools.llc, f"-mcpu={CPU}", "-O2", "--function-sections", "--data-sections", str(made.code)]
     call0 = has_call0_abi(root, source)
     command = [*clang, *llc, str(call0)]
-    if is_unchanged(made.path, command) and (made.assembly.is_file() or not as_text):
+    wanted = {kind: made.path if kind == "obj" else made.assembly for kind in kinds}
+    if all(path.is_file() for path in wanted.values()) and is_unchanged(next(iter(wanted.values())), command):
         return made
     if twin and _take(made, command, output, twin):
         note(made.path, command)
         return made
-    kinds = {"obj": made.path, "asm": made.assembly} if as_text else {"obj": made.path}
-    said = _translate(clang, llc, made, call0, kinds)
+    said = _translate(clang, llc, made, call0, wanted)
     if LLC_GAP in said:
-        said = _translate([*clang, "-O0"], llc, made, call0, kinds)
+        said = _translate([*clang, "-O0"], llc, made, call0, wanted)
     if not said:
         note(made.path, command)
     return Object(source, made.path, said)
@@ -151,14 +162,15 @@ def _take(made: Object, command: Sequence[str], output: Path, twin: Path) -> boo
     return True
 
 
-def _translate(clang: Sequence[str], llc: Sequence[str], made: Object, call0: bool, kinds: Mapping[str, Path]) -> str:
-    """@param kinds  files that llc makes. @return what clang or llc complain about."""
+def _translate(clang: Sequence[str], llc: Sequence[str], made: Object, call0: bool, wanted: Mapping[Kind, Path]) -> str:
+    """@param wanted  files that llc makes. @return what clang or llc complain about."""
     run = _run(clang)
     if run.returncode != 0 or run.stderr:
         return run.stderr or f"clang failed with {run.returncode}"
     made.code.write_text(_for_cpu(made.code.read_text(), call0))
-    made.assembly.unlink(missing_ok=True)  # not of this code
-    for kind, path in kinds.items():
+    for old in (made.path, made.assembly):
+        old.unlink(missing_ok=True)  # not of this code
+    for kind, path in wanted.items():
         run = _run([*llc, f"-filetype={kind}", "-o", str(path)])
         if run.returncode != 0 or run.stderr:
             return run.stderr or f"llc failed with {run.returncode}"
@@ -181,7 +193,7 @@ def static_ram_of_board(tools: Toolchain, root: Path, headers: Headers, others: 
 
     Raises RuntimeError when a file does not compile.
     """
-    own = compile_all(tools, root, headers, board_sources(root), output, as_text=False)
+    own = compile_all(tools, root, headers, board_sources(root), output, kinds=("obj",))
     if said := [made.said for made in own if made.said]:
         raise RuntimeError("\n".join(said))
     sources = {made.source for made in own}

@@ -44,7 +44,8 @@ def missing(tools: Toolchain) -> str:
 
 def build(tools: Toolchain, root: Path, headers: Headers, sources: Sequence[Path], output: Path) -> Path:
     """Compile, assemble and link. Raises RuntimeError with what a tool said."""
-    objects = compile_all(tools, root, headers, [path for path in sources if path.suffix == ".c"], output)
+    c_files = [path for path in sources if path.suffix == ".c"]
+    objects = compile_all(tools, root, headers, c_files, output, kinds=("asm",))
     return link(tools, [*(path for path in sources if path.suffix == ".S"), *texts(objects)], output, LAYOUT)
 
 

@@ -41,6 +41,7 @@ VARIANTS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
         # gcc's shift checks make it see sign conversions that are not there; the release variant warns of the real ones
         (
             "-Og",  # compiles in two thirds of the time of -O1
+            "-g1",  # the lines that reports name; `debug` has variables
             "-fno-omit-frame-pointer",
             "-fsanitize=address,undefined",
             "-fno-sanitize-recover=undefined",
@@ -137,7 +138,10 @@ def _compiler(directory: Path, variant: str) -> Compiler:
     """The compiler, asked who it is only when it or the flags changed; then all objects are stale."""
     argv = locate_compiler()
     stamp_file = directory / "compiler.json"
-    stamp = {"compiler": compiler_stamp(argv), "flags": [*FLAGS, *SYSTEM.flags, *VARIANTS[variant][0]]}
+    stamp = {
+        "compiler": compiler_stamp(argv),
+        "flags": [*FLAGS, *SYSTEM.flags, *VARIANTS[variant][0], *SYSTEM.link_flags],
+    }
     stored = _load_json(stamp_file)
     if isinstance(stored, dict) and stored.get("stamp") == stamp:
         return Compiler(argv, stored["family"], stored["version"])

@@ -34,7 +34,7 @@ SYSTEMS = {
         macros=("-D_POSIX_C_SOURCE=200809L", "-D_DEFAULT_SOURCE"),
         # inside the library a function is what it says, so it may be inlined
         code_flags=("-fPIC", "-fno-semantic-interposition"),
-        link_flags=(),
+        link_flags=("-Wl,-Bsymbolic",),  # and calls from file to file take no detour over a table
         libraries=("-lm",),
         library="libwificnc.so",
         program_suffix="",
