@@ -86,28 +86,37 @@ def command(
     What the controller has stored, settings, WiFi and passwords, stays unless --erase is given.
     """
     board = load_board(board_ref)
-    if other_board and ota_host is None:
-        raise FlashError("--other-board is for --ota; over USB, BOARD decides")
+    check_other_board(other_board, ota_host)
     if folder is None:
         folder = firmware_folder(board.id)
         ui.note(f"firmware  {folder}")
     if verify_boot:
         try_out(board, folder)
     if board.target == "pic32mz":
-        if erase or ota_host is not None or port is not None:
-            raise FlashError("--erase, --ota and --port are not for a PIC32MZ: its programmer decides")
+        check_options_of_pic32mz(erase or ota_host is not None or port is not None)
         done = flash_pic32mz(board, folder, tool, dry_run)
     elif ota_host is not None:
         load_regions(folder, esp32_board(board_ref), esp32_partitions())
         done = update(board, folder, ota_host, key, Way(dry_run, other_board))
     else:
-        options = Options(baud, erase, verify, wait_s)
-        done = flash_esp32(esp32_board(board_ref), folder, port, options, dry_run)
+        done = flash_esp32(esp32_board(board_ref), folder, port, Options(baud, erase, verify, wait_s), dry_run)
     if as_json:
         ui.emit_json({"board": board.id, "folder": str(folder), "written": not dry_run, **done.facts})
     else:
         for line in done.lines:
             click.echo(line)
+
+
+def check_options_of_pic32mz(has_others: bool) -> None:
+    """Raises FlashError."""
+    if has_others:
+        raise FlashError("--erase, --ota and --port are not for a PIC32MZ: its programmer decides")
+
+
+def check_other_board(other_board: bool, ota_host: str | None) -> None:
+    """Raises FlashError."""
+    if other_board and ota_host is None:
+        raise FlashError("--other-board is for --ota; over USB, BOARD decides")
 
 
 def try_out(board: Board, folder: Path) -> None:
