@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT
- * Motion of a network host as a source of segments: its slices as they are, or shaped (`$99`). [task]
+ * Motion of a network host as a source of segments: its slices as they are, or shaped (`$176`). [task]
  *
  * The host's steps are the path: shapers and limited jerk make of it what they make of the planner's. So the
  * axes are later than the host's segments by shaper.late_ns, and its corners are rounded by half of the

@@ -146,8 +146,6 @@ struct settings {
     uint8_t laser_curve_80_pct;
     /** $98 [us] 0..2000: Laser: time from signal to light; changes of S go out so much earlier. */
     uint16_t laser_rise_us;
-    /** $99: Input shapers and limited jerk act on what a network host streams, too. */
-    bool shape_host;
     /** $100..$105 [steps/mm] 0.001..20000: Steps that move the axis by 1 mm (1 degree). */
     float steps_per_mm[AXIS_COUNT];
     /** $110..$115 [mm/min] 0.001..1000000: Maximum speed of the axis, used by G0. */
@@ -162,6 +160,8 @@ struct settings {
     uint16_t driver_microsteps[AXIS_COUNT];
     /** $170..$175 0..4: Input shaper against vibration: 0 off, 1 ZV, 2 MZV, 3 EI, 4 two-hump EI. */
     uint8_t shaper[AXIS_COUNT];
+    /** $176: Input shapers and limited jerk act on what a network host streams, too. */
+    bool shape_host;
     /** $180..$185 [Hz] 5..200: Frequency of the vibration that the axis' shaper cancels. */
     float shaper_hz[AXIS_COUNT];
     /** $190..$195 0..0.5: Damping ratio of that vibration. */
@@ -319,7 +319,6 @@ enum setting_number {
     SETTING_LASER_CURVE_60_PCT = 96,
     SETTING_LASER_CURVE_80_PCT = 97,
     SETTING_LASER_RISE_US = 98,
-    SETTING_SHAPE_HOST = 99,
     SETTING_STEPS_PER_MM = 100,
     SETTING_MAX_RATE_MM_MIN = 110,
     SETTING_ACCELERATION_MM_S2 = 120,
@@ -327,6 +326,7 @@ enum setting_number {
     SETTING_DRIVER_CURRENT_MA = 140,
     SETTING_DRIVER_MICROSTEPS = 150,
     SETTING_SHAPER = 170,
+    SETTING_SHAPE_HOST = 176,
     SETTING_SHAPER_HZ = 180,
     SETTING_SHAPER_DAMPING = 190,
     SETTING_SECOND_PULL_OFF_MM = 200,

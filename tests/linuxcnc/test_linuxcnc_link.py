@@ -15,7 +15,7 @@ from wire_device import Device as VirtualDevice
 
 
 def shaped(shaper: int) -> dict[int, float]:
-    return {99: 1, **{170 + axis: shaper for axis in range(6)}}
+    return {176: 1, **{170 + axis: shaper for axis in range(6)}}
 
 
 @pytest.mark.parametrize("shaper", [0, 3])

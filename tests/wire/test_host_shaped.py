@@ -1,4 +1,4 @@
-"""A network host's motion with input shapers (`$99`): they do to it what they do to the planner's motion
+"""A network host's motion with input shapers (`$176`): they do to it what they do to the planner's motion
 (tests/motion/test_motion_shaper.py has the frame's swing and the oracle of delayed parts)."""
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ WAYS = (100, 600, 2000, 5000)  # of its steps
 def shaped(kind: int, hz: float = 40.0, host: int = 1, steps_per_mm: int = STEPS_PER_MM) -> dict[int, float]:
     """On all axes."""
     rows = {100: steps_per_mm, 170: kind, 180: hz, 190: DAMPING}
-    return PATIENT | {99: host} | {first + ax: value for first, value in rows.items() for ax in range(6)}
+    return PATIENT | {176: host} | {first + ax: value for first, value in rows.items() for ax in range(6)}
 
 
 def trapezoid(steps: int, speed: float = 15_000 * FINER, flags: int = 0) -> list[Segment]:
