@@ -14,7 +14,10 @@ from patience import HANG_S
 
 OUTPUT = ROOT / "build" / "mips" / "qemu"
 
-pytestmark = pytest.mark.skipif(missing() != "", reason=missing())
+pytestmark = [
+    pytest.mark.skipif(missing() != "", reason=missing()),
+    pytest.mark.slow,  # compiles the core for another processor
+]
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +29,6 @@ def program(controller: list[Path], main: Path) -> Path:
     return link([*controller, *compile_files(ROOT, [main], OUTPUT)], OUTPUT / main.stem)
 
 
-@pytest.mark.slow  # the next one sees what a processor can do otherwise
 def test_unit_tests_pass_as_mips_code(controller: list[Path]) -> None:
     assert run(program(controller, UNIT_TESTS), b"", 4 * HANG_S).splitlines() == ["0 failures"]
 

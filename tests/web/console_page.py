@@ -11,7 +11,6 @@ import pytest
 from bridge import Bridge
 from patience import HANG_S
 from playwright.sync_api import Locator, Page, expect
-from slow import slow_but
 from web_fixture import Watched, serving
 from wificnc.serve.options import Address
 from wificnc.serve.page import About, PageServer
@@ -66,7 +65,7 @@ class Console:
         assert self.hands(f"speed {speed:g}") == "ok"
 
 
-@pytest.fixture(params=slow_but("socket".__eq__, ["socket", "serial"]))
+@pytest.fixture(params=["socket", "serial"])
 def link(
     request: pytest.FixtureRequest,
     built_page: Path,

@@ -12,7 +12,7 @@ from web_fixture import Watched
 from wificnc.board.load import find_boards, load_board
 from wificnc.web.embed import embedded_files
 
-pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
+pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 
 # The firmware alone had 0.91 MB (docs/performance.md), so an image with a page of this size has 1.24 MB.
 # cli/wificnc/build/esp32_size.py warns above 1.4 MB; the slot of targets/esp32/partitions.csv has 1.875 MB.
@@ -30,7 +30,6 @@ def test_the_page_is_small_enough_for_the_firmware(built_page: Path, board: str)
     assert picture.startswith(f"/assets/{board}-")
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("password", ["", "correct horse"])
 def test_a_browser_needs_nothing_but_the_board(
     built_page: Path, watched: Callable[..., Watched], password: str

@@ -14,6 +14,8 @@ from wificnc.link.settings import read_file
 from wificnc.serve.page import PageServer
 from wificnc.serve.server import Server
 
+pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
+
 # ---- by hand ----
 
 
@@ -193,7 +195,6 @@ def test_stop(socket_link: Callable[..., Console]) -> None:
     console.is_in("Idle")
 
 
-@pytest.mark.slow
 def test_the_link_is_lost_and_the_job_resumed(link: Callable[..., Console]) -> None:
     console = link(speed=5.0)
     load(console, square(480))
@@ -247,7 +248,6 @@ def test_done_is_what_was_cut_and_not_what_was_acknowledged(socket_link: Callabl
     assert 0.0 < console.position("X") < 20.0
 
 
-@pytest.mark.slow
 def test_a_job_runs_until_the_machine_rests(socket_link: Callable[..., Console]) -> None:
     console = socket_link(speed=4.0)
     load(console, CUTS)
@@ -286,7 +286,6 @@ def nothing_can_be_written(console: Console, why: str) -> None:
     expect(console.page.get_by_role("button", name="Restore defaults")).to_be_disabled()
 
 
-@pytest.mark.slow
 def test_nothing_is_written_between_the_lines_of_a_job(socket_link: Callable[..., Console]) -> None:
     console = socket_link(speed=SLOW)
     load(console, CUTS)
@@ -353,7 +352,6 @@ def jog(console: Console, distance: str, *buttons: str, **axes: float) -> None:
     console.is_in("Idle")
 
 
-@pytest.mark.slow
 def test_go_to_zero_of_a_homed_machine_stays_off_the_switches(socket_link: Callable[..., Console]) -> None:
     console = socket_link(settings=SWITCHES, speed=4.0)
     home(console)
@@ -379,7 +377,6 @@ def test_go_to_zero_refuses_what_is_outside(socket_link: Callable[..., Console])
     console.stands_at(X=-50, Z=-12)
 
 
-@pytest.mark.slow
 def test_go_to_zero_without_homing_asks_and_never_goes_down(socket_link: Callable[..., Console]) -> None:
     console = socket_link(speed=4.0)
     jog(console, "10", "X+", "Z+", "Z+", X=10, Z=20)  # 20 above: the machine's own zero would be down
@@ -415,7 +412,6 @@ def test_a_second_page_watches_and_takes_over(
     expect(second.locator("[data-test=resume]")).to_be_enabled()
 
 
-@pytest.mark.slow
 def test_an_access_key_is_asked_for(
     serve_page: Callable[..., tuple[Server, PageServer]], watched: Callable[..., Watched]
 ) -> None:

@@ -29,6 +29,8 @@ from wificnc.sim.report import laser_warning
 from web.build import install_packages, missing_tools, run_npm
 from web.wasm import build_wasm
 
+pytestmark = pytest.mark.slow  # compiles the core for browsers
+
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ("pcb_outline.nc", "plot.nc")
 RESUME_LINES = 12  # of each program, spread over it

@@ -16,7 +16,7 @@ from playwright.sync_api import Browser, Page, expect
 from web_fixture import CHROMIUM, TIMEOUT_MS
 from wificnc.web.embed import embedded_files
 
-pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
+pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 
 PHONE = {"width": 360, "height": 740}
 KEY = "correct horse"

@@ -26,7 +26,7 @@ from wificnc.release.page import esp32_files, index, index_row
 from wificnc.serve.options import Address
 from wificnc.serve.page import About, PageServer
 
-pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
+pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 
 ROOT = Path(__file__).resolve().parents[2]
 PARTITIONS = read_partitions((ROOT / "targets/esp32/partitions.csv").read_text())
@@ -127,7 +127,6 @@ def test_a_visitor_reads_nothing_of_the_computer_that_built(
         expect(page.locator("[data-test=install]")).to_be_disabled()
 
 
-@pytest.mark.slow
 def test_one_merged_image(bench: Callable[..., object], tmp_path: Path) -> None:
     """Of one piece from address 0, for a chip whose loader begins there."""
     parts = firmware_of(tmp_path, "esp32s3-zero", "esp32s3").regions
@@ -142,7 +141,6 @@ def test_one_merged_image(bench: Callable[..., object], tmp_path: Path) -> None:
         assert table.flash(whole) == [bytes(merged)]
 
 
-@pytest.mark.slow
 def test_another_chip_is_refused_before_anything_is_written(bench: Callable[..., object], tmp_path: Path) -> None:
     firmware = firmware_of(tmp_path, "esp32s3-zero", "esp32s3")
     with bench("esp32", {"esp32s3-zero": firmware}) as table:  # type: ignore[attr-defined]
@@ -163,7 +161,6 @@ def test_a_damaged_part_is_refused_before_the_board_is_asked(bench: Callable[...
         assert table.page.evaluate("window.serialSignals ?? []") == []
 
 
-@pytest.mark.slow
 def test_unplugged_in_the_middle(bench: Callable[..., object], tmp_path: Path) -> None:
     big = image("esp32s3", 1_500_000)
     regions = (*firmware_of(tmp_path, "esp32s3-zero", "esp32s3").regions[:3], Region("firmware", 0x20000, big))
@@ -192,7 +189,6 @@ def stored_image() -> bytes:
     return build_image(entries)
 
 
-@pytest.mark.slow
 def test_pins_and_network_are_changed_in_a_file(
     built_page: Path, watched: Callable[..., Watched], tmp_path: Path
 ) -> None:
@@ -257,7 +253,6 @@ def test_channels_of_a_module_are_changed_in_a_file(
     }  # fmt: skip
 
 
-@pytest.mark.slow
 def test_pins_are_read_from_a_board_and_written_back(bench: Callable[..., object], tmp_path: Path) -> None:
     firmware = firmware_of(tmp_path, "esp32s3-zero", "esp32s3")
     with bench("esp32s3", {"esp32s3-zero": firmware}) as table:  # type: ignore[attr-defined]

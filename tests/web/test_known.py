@@ -14,7 +14,7 @@ from web_fixture import Watched
 from wificnc.serve.page import PageServer
 from wificnc.serve.server import Server
 
-pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
+pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 
 
 class Sender:
@@ -62,7 +62,6 @@ def test_a_work_system_of_the_terminal_is_the_one_that_zero_sets(socket_link: Ca
     console.stands_at(X=1)
 
 
-@pytest.mark.slow
 def test_the_work_system_that_a_job_leaves(socket_link: Callable[..., Console]) -> None:
     console = socket_link()
     load(console, "G21G90\nG56\nG0X1\n")
@@ -94,7 +93,6 @@ def test_questions_in_the_terminal_show_their_answers(socket_link: Callable[...,
     expect(console.by("terminal-line")).to_have_value("G0X0")
 
 
-@pytest.mark.slow
 def test_settings_of_a_machine_that_was_met_in_a_job(
     serve_page: Callable[..., tuple[Server, PageServer]],
     watched: Callable[..., Watched],

@@ -18,7 +18,7 @@ from wificnc.serve.options import Address, ServeOptions
 from wificnc.serve.page import About, PageServer
 from wificnc.serve.server import Server
 
-pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
+pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 
 BOARD = "esp32-wroom32"
 PROFILE = load_machine("shapeoko3")
@@ -46,7 +46,6 @@ def letters_of(page: Page, selector: str, attribute: str) -> set[str]:
     return {found[1] for value in values if (found := re.search(r"(?:work-|jog-|Zero )([XYZABC])", value))}
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize(("settings", "axes"), [(PROFILE.settings_lines(), "XYZ"), ([], "XYZABC")])
 def test_the_page_has_the_axes_of_the_machine(
     built_page: Path, watched: Callable[..., Watched], settings: list[str], axes: str
@@ -66,7 +65,6 @@ def test_the_page_has_the_axes_of_the_machine(
         expect(page.locator(f"[data-test=setting-{100 + last + 1}]")).to_have_count(0)
 
 
-@pytest.mark.slow
 def test_it_homes_and_zeroes_these_axes_alone(built_page: Path, watched: Callable[..., Watched]) -> None:
     fast = ("$25=3000", "$24=600", "$22=1")
     with page_of(built_page, watched, *PROFILE.settings_lines(), *fast) as (page, server):

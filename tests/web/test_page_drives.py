@@ -19,7 +19,7 @@ from wificnc.serve.options import Address, ServeOptions
 from wificnc.serve.page import About, PageServer
 from wificnc.serve.server import Server
 
-pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
+pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 
 ONE_LOOK = deep_but("light".__eq__, LOOKS)
 
@@ -63,7 +63,6 @@ def looked_at(page: Page, name: str, look: str) -> None:
     assert broken_rules(page) == []
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("look", ONE_LOOK)
 def test_drivers_are_shown_changed_and_verified(built_page: Path, watched: Callable[..., Watched], look: str) -> None:
     with settings_tab(built_page, watched, "fysetc-e4", look=look) as (page, server):
@@ -101,7 +100,6 @@ def test_drivers_are_shown_changed_and_verified(built_page: Path, watched: Calla
         expect(row.locator(".chip")).to_have_text("too hot, shut down")
 
 
-@pytest.mark.slow
 def test_in_motion_nothing_is_changed(built_page: Path, watched: Callable[..., Watched]) -> None:
     with settings_tab(built_page, watched, "xpro-v5", "$110=60") as (page, _):
         page.click("[data-test=driver-change-X]")
@@ -120,7 +118,6 @@ def test_in_motion_nothing_is_changed(built_page: Path, watched: Callable[..., W
         expect(page.locator("[data-test=driver-review]")).to_be_disabled()
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("look", ONE_LOOK)
 def test_the_spindle_is_chosen_and_shows_speed_and_load(
     built_page: Path, watched: Callable[..., Watched], look: str
@@ -145,7 +142,6 @@ def test_the_spindle_is_chosen_and_shows_speed_and_load(
         expect(page.locator("[data-test=spindle-review]")).to_be_disabled()
 
 
-@pytest.mark.slow
 def test_a_board_without_them_has_no_such_cards(built_page: Path, watched: Callable[..., Watched]) -> None:
     with settings_tab(built_page, watched, "esp32-wroom32") as (page, _):
         page.locator("[data-test=setting-102]").wait_for()

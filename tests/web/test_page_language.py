@@ -17,7 +17,7 @@ from web_fixture import Watched
 from wificnc.serve.page import PageServer
 from wificnc.serve.server import Server
 
-pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
+pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 
 WORDS = Path(__file__).resolve().parents[2] / "web" / "words"
 TABS = ("control", "job", "terminal", "guide", "settings", "pins", "network", "inout", "install")

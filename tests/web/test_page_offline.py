@@ -23,7 +23,7 @@ from web_fixture import CHROMIUM, TIMEOUT_MS, Watched
 from wificnc.serve.page import PageServer
 from wificnc.serve.server import Server
 
-pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
+pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 
 
 def certificate(path: Path) -> Path:

@@ -17,6 +17,8 @@ from patience import HANG_S
 from playwright.sync_api import Page, expect
 from web_fixture import MACHINE, Watched
 
+pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
+
 KEY, STEPS_PER_MM = "open sesame", 80
 ON_CHIP = tuple(word for line in MACHINE for word in ("--set", line))
 

@@ -9,7 +9,7 @@ import pytest
 from console_page import SLOW, Console, load, typed
 from playwright.sync_api import expect
 
-pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
+pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 
 CAM = "G21G90G0Z5\nT2 M6 (3 mm end mill)\nG0X1\nG1Z0F600\nX3\n"
 

@@ -14,7 +14,7 @@ from web_fixture import Watched
 from wificnc.serve.page import PageServer
 from wificnc.serve.server import Server
 
-pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
+pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 
 Serve = Callable[..., tuple[Server, PageServer]]
 Point = tuple[float, float]

@@ -12,7 +12,7 @@ from playwright.sync_api import Page, expect
 from web_fixture import Watched
 from wificnc.web.embed import embedded_files
 
-pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
+pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 
 KEY = "correct horse"
 REFUSED = re.compile(r"status of (401|409)")  # Chromium's words for a refusal that a test asks for

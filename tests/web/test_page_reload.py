@@ -9,7 +9,7 @@ import pytest
 from console_page import SLOW, Console, load, square
 from playwright.sync_api import expect
 
-pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
+pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 
 
 def reload(console: Console) -> None:

@@ -311,6 +311,7 @@ def test_the_browser_is_told_when_the_controller_ends(tmp_path: Path, folder: Pa
                 own.line()
 
 
+@pytest.mark.slow  # opens a browser, for which the page is built
 def test_the_page_lists_other_controllers(built_page: Path, watched: Callable[..., Watched], tmp_path: Path) -> None:
     mill = Found("wificnc-1a2b", "192.168.1.20", 23, {"wificnc": "esp32s3-zero"})
     with serving(tmp_path) as server:

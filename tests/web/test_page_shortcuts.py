@@ -9,7 +9,7 @@ import pytest
 from console_page import SWITCHES, Console, home, load, square, typed
 from playwright.sync_api import Locator, expect
 
-pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
+pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 
 AXE = Path(__file__).parents[2] / "web" / "node_modules" / "axe-core" / "axe.min.js"
 LASER = ("$32=1", "$30=1000", "$89=5", "$90=30")

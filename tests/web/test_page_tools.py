@@ -8,7 +8,7 @@ import pytest
 from console_page import Console, load, typed
 from playwright.sync_api import expect
 
-pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
+pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 
 CHANGE = "G21G90\nT7 M6 (ball nose)\nG1X1F600\nM30\n"
 

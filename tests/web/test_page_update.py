@@ -15,7 +15,7 @@ from web_fixture import Watched
 from wificnc.build.signing import signing_key
 from wificnc.web.embed import embedded_files
 
-pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
+pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 
 KEY = "correct horse"
 BOARD = "esp32s3-devkitc"

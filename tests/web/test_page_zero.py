@@ -8,7 +8,7 @@ import pytest
 from console_page import Console, typed
 from playwright.sync_api import expect
 
-pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
+pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 
 
 def test_positions_are_typed_halved_zeroed_and_undone(socket_link: Callable[..., Console]) -> None:

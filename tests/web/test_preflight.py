@@ -9,7 +9,7 @@ import pytest
 from console_page import SLOW, SWITCHES, Console, home, load, typed
 from playwright.sync_api import Locator, expect
 
-pytestmark = pytest.mark.slow  # opens a browser; test_console.py and test_screens.py have quick ones
+pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 
 WIDE = "G21G90G17G54\nG0X0Y0Z5\nG1Z-1F500\nG1X250F3000\nG1Y10\nG0Z5\n"
 
@@ -32,7 +32,6 @@ def homed(console: Console) -> None:
     console.stands_at(X=-2, Y=-2, Z=-2)
 
 
-@pytest.mark.slow
 def test_soft_limits_are_those_of_the_machine_with_its_work_zero(socket_link: Callable[..., Console]) -> None:
     console = socket_link(settings=(*SWITCHES, "$20=1"), speed=8.0)
     homed(console)
@@ -73,7 +72,6 @@ def test_a_machine_that_was_not_homed(socket_link: Callable[..., Console]) -> No
     expect(console.page.get_by_text("X moves over 350.0 mm; its travel ($130) is 300.0 mm.")).to_be_visible()
 
 
-@pytest.mark.slow
 def test_path_and_tool_have_one_zero(socket_link: Callable[..., Console]) -> None:
     """Work zero, in whichever system: path, bounds and tool are measured from it."""
     console = socket_link(speed=8.0)

@@ -11,10 +11,12 @@ from pathlib import Path
 import pytest
 from console_page import SLOW
 from playwright.sync_api import Page, expect
-from slow import deep_but, slow_but
+from slow import deep_but
 from web_fixture import DESKTOP, Watched
 from wificnc.serve.page import PageServer
 from wificnc.serve.server import Server
+
+pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 
 ROOT = Path(__file__).resolve().parents[2]
 SCREENS = ROOT / "build" / "web" / "screens"
@@ -63,7 +65,7 @@ def broken_rules(page: Page, rules: dict[str, object] | None = None, within: str
     return [f"{rule['id']}: {node['html'][:160]}" for rule in found["violations"] for node in rule["nodes"]]
 
 
-@pytest.mark.parametrize("look", slow_but("light".__eq__, LOOKS))
+@pytest.mark.parametrize("look", LOOKS)
 def test_every_tab(opened: Callable[..., Page], look: str) -> None:
     page = opened(look)
     page.click("#tab-job")
@@ -84,7 +86,6 @@ def test_every_tab(opened: Callable[..., Page], look: str) -> None:
 CAM = "%\nO1000 (BRACKET)\nT1 M6\nG21G90G0Z1\nG1X20Y10F300\nY0\nT2 M6\nG0X0\nM30\n%\n"
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("look", ONE_LOOK)
 def test_what_a_job_forbids(opened: Callable[..., Page], look: str) -> None:
     """The question before a lift; a job that waits for its tool, and what cannot be pressed meanwhile."""
@@ -125,7 +126,7 @@ DIALOGS = (
 )
 
 
-@pytest.mark.parametrize("look", slow_but("phone".__eq__, LOOKS))
+@pytest.mark.parametrize("look", LOOKS)
 def test_every_dialog_fits_the_screen(opened: Callable[..., Page], look: str) -> None:
     """Whole, or with a bar to scroll it: no button of it can be out of reach."""
     page = opened(look)
@@ -151,7 +152,6 @@ def test_every_dialog_fits_the_screen(opened: Callable[..., Page], look: str) ->
     assert not broken, "\n".join(broken)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("look", ONE_LOOK)
 def test_the_shapers_of_measured_waves(opened: Callable[..., Page], look: str) -> None:
     page = opened(look)
@@ -206,7 +206,6 @@ def test_what_a_laser_burns(opened: Callable[..., Page], look: str) -> None:
     page.screenshot(path=SCREENS / f"laser-3d-{look}.png")
 
 
-@pytest.mark.slow
 def test_the_path_in_three_dimensions(
     serve_page: Callable[..., tuple[Server, PageServer]], watched: Callable[..., Watched]
 ) -> None:
