@@ -3,7 +3,6 @@
 
 #include "motion/emit_stop.h"
 
-#include <stddef.h>
 #include <string.h>
 
 #define LEAST_NS    200000u /* of a sample in which the axes come to rest */
@@ -190,8 +189,9 @@ static void go_on(void *ctx, enum ahead_stop how) {
 
 static bool stop(void *ctx, enum ahead_stop how) {
     struct hosted *hosted = ctx;
-    float stop_s = host_queue_stop_s(hosted->queue);
-    emit_stop_lengths(hosted->emit, hosted->axes.shaper, hosted->axes.v_mm_s, stop_s);
+    if (how == AHEAD_STOP)
+        emit_stop_lengths(hosted->emit, hosted->axes.shaper, hosted->axes.v_mm_s,
+                          host_queue_stop_s(hosted->queue));
     go_on(hosted, how);
     return how != AHEAD_END;
 }

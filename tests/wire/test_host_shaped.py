@@ -13,9 +13,10 @@ import pytest
 import stalls
 from numpy.typing import NDArray
 from test_motion import profile, segment, speeds
-from test_session import statistics
+from test_preempt import JOB, flags, path, run_to, undisturbed
+from test_session import REGISTER, statistics
 from wificnc.tune.shapers import SHAPERS, impulses
-from wificnc.wmc3.layout import Estop, Hold, IoControl, Reset, Resume, Segment, SegmentFlag, State, Take
+from wificnc.wmc3.layout import Estop, Hold, IoControl, Reset, Resume, Segment, SegmentFlag, State, StatusFlag, Take
 from wire_device import ACCEL, PATIENT, RATE, TIMER_HZ, Device
 
 Make = Callable[..., Device]
@@ -271,3 +272,46 @@ def test_stalls_end_in_a_stop_and_lose_nothing(make_device: Make) -> None:
     assert device.position == device.pulses == [7_680, 0, 0, 0, 0, 0]
     _, speed = speeds(device, 0)
     assert (np.abs(np.diff(speed)) <= ACCEL * 0.002 + 2 / 0.002).all()
+
+
+@pytest.mark.parametrize("at_s", [0.09, 0.43, 1.1])
+def test_a_job_that_a_host_interrupts_continues_on_its_path(make_device: Make, at_s: float) -> None:
+    """Both are shaped, by the same history: the job's rests while the host has it."""
+    settings = shaped(EI, steps_per_mm=200)
+    expected = undisturbed(lambda: make_device(settings=settings))
+    device = make_device(settings=settings)
+    device.send(REGISTER)
+    device.text(JOB)
+    device.run(at_s)
+    for _ in range(4):
+        device.motion(*[segment(40, -60, 80) for _ in range(8)])
+    run_to(device, lambda: device.position[2] > 0)
+    left_at = len(path(device)) - 1
+    device.run(1.5)
+    away = device.position[:3]
+    assert away[2] == 2560
+    device.send(Reset())
+    device.run(1)
+    device.text("~")
+    run_to(device, lambda: device.position[2] == 0)
+    back_at = len(path(device))
+    device.run(10)
+    places = path(device)
+    near = {(x + dx, y + dy, z) for x, y, z in expected for dx in range(-2, 3) for dy in range(-2, 3)}
+    assert set(places[: left_at - 2]) | set(places[back_at:]) <= near
+    assert device.state == "Idle" and places[-1] == expected[-1]
+    assert device.position == device.pulses
+
+
+def test_its_motion_is_no_job_of_the_text_side(make_device: Make) -> None:
+    """What has not left the shaper yet is the host's, too."""
+    device = make_device(settings=shaped(EI, hz=10.0))
+    device.send(REGISTER)
+    for _ in range(3):
+        device.motion(*[segment(400) for _ in range(8)])
+    seen = set()
+    while device.state != "Idle" or not seen:
+        device.run(0.05)
+        seen.add(flags(device))
+    assert seen == {StatusFlag.HOST}
+    assert device.position == device.pulses == [9600, 0, 0, 0, 0, 0]
