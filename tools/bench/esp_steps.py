@@ -24,6 +24,7 @@ DIO. Late: of each step from the PC's simulation, after the median latency;
 milliseconds are motion that has braked, as the task side was late. Misses: time in which core 0 waits for flash."""
 
 STEPS_PER_MM = 250
+END = "\nM2\n"  # without it the next line may be under way on a chip, while the PC sees the file's end
 RATES = (25_000, 50_000, 100_000, 150_000, 200_000, 250_000)
 JOBS = {
     "one axis, 83 mm/s": "G91G0X30",
@@ -82,12 +83,12 @@ def fast_job(rate: int) -> str:
 def run(kind: Chip, flash: Flash, program: Path, settings: tuple[str, ...], lines: str) -> Ran:
     with tempfile.TemporaryDirectory() as folder:
         job, trace = Path(folder) / "job.nc", Path(folder) / "trace.csv"
-        job.write_text(lines + "\n")
+        job.write_text(lines + END)
         simulate(SimOptions(file=job, board=BOARDS[kind], settings=settings, trace=trace))
         pc = np.loadtxt(trace, delimiter=",", skiprows=1, usecols=(0, 1), dtype=np.int64, ndmin=2)
     with VirtualChip(kind) as chip:
         chip.configure_flash(flash.mhz, flash.code_cache)
-        running = Program(chip, kind, program, "\n".join((*settings, lines)) + "\n", 1000, two_cores=True)
+        running = Program(chip, kind, program, "\n".join((*settings, lines)) + END, 1000, two_cores=True)
         running.run(60)
         steps, cores = running.steps(), (chip.core(0), chip.core(1))
     times_us = (steps[:, 0] - steps[0, 0]) * 1e6 / CPU_HZ
