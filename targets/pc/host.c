@@ -292,7 +292,8 @@ static void run_events(struct host *host, uint64_t *budget, uint64_t until_ticks
  * at a spindle's drive */
 static uint64_t wake_ticks(const struct host *host, bool waits) {
     uint64_t us = waits ? machine_wait_us(&host->machine) : machine_event_us(&host->machine);
-    if (us == UINT32_MAX)
+    /* Where a look is due there is nothing to wake for: time would go tick by tick. */
+    if (us == UINT32_MAX || tasks_await_ticks(&host->tasks))
         return UINT64_MAX;
     return host->hal.step.now_ticks + ticks_of_us(host, us) + 1;
 }

@@ -141,6 +141,12 @@ void tasks_wake(struct tasks *tasks, uint64_t now_ticks) {
     }
 }
 
+bool tasks_await_ticks(const struct tasks *tasks) {
+    const struct task *motion = &tasks->task[HOST_MOTION];
+    const bool motion_awaits = !tasks->own_motion || (!motion->idle && motion->period_ticks > 0);
+    return motion_awaits && tasks_sleep(tasks) && !tasks->task[HOST_CONTROLLER].idle;
+}
+
 bool tasks_sleep(const struct tasks *tasks) {
     return tasks->task[HOST_CONTROLLER].period_ticks > 0;
 }

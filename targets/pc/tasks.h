@@ -62,6 +62,9 @@ void tasks_looked(struct tasks *tasks, enum host_side side, bool done, uint64_t 
 /** Something has happened: a task that found nothing to do looks again at its next tick. */
 void tasks_wake(struct tasks *tasks, uint64_t now_ticks);
 
+/** Each side that looks has a tick at which it does: nothing that happens makes it look sooner. */
+bool tasks_await_ticks(const struct tasks *tasks);
+
 /** Tasks sleep between two looks; else everything is looked at all the time. */
 bool tasks_sleep(const struct tasks *tasks);
 
