@@ -7,14 +7,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-
-from jinja2 import Environment, FileSystemLoader, StrictUndefined, Template
+from typing import TYPE_CHECKING
 
 from wificnc.board.chip import is_shifted
 from wificnc.board.model import AXES_MAX, AXIS_LETTERS, MISC_IN_MAX, MISC_OUT_MAX, Board, Role, Use
 from wificnc.board.pin_keys import PinKey, pin_keys
 from wificnc.board.rules import NS_PER_S, is_reachable, step_spread_ns
 from wificnc.board.shift_registers import pulse_engine, step_grid_ns
+
+if TYPE_CHECKING:
+    from jinja2 import Template
 
 NAME_COLUMN = 26
 LED_KINDS = {"plain": "BOARD_LED_PLAIN", "ws2812": "BOARD_LED_WS2812"}
@@ -120,6 +122,8 @@ def signal_groups() -> list[list[str]]:
 
 @cache
 def _template() -> Template:
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined  # few of those who need a board write a header
+
     env = Environment(
         loader=FileSystemLoader(Path(__file__).parent / "templates"),
         undefined=StrictUndefined,

@@ -5,6 +5,7 @@ The firmware has no rules of its own for pins: it looks into these masks, which 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
@@ -32,7 +33,8 @@ class PinKey:
 
 def pin_keys(board: Board) -> tuple[PinKey, ...]:
     """Of every key with a pin, in the order of the keys."""
-    return tuple(_pin_key(board, key, signals) for key, signals in _signals())
+    uses = board.uses()
+    return tuple(_pin_key(board, uses, key, signals) for key, signals in _signals())
 
 
 @cache
@@ -49,15 +51,16 @@ def _signals() -> tuple[tuple[int, tuple[str, ...]], ...]:
     )
 
 
-def _pin_key(board: Board, key: int, signals: tuple[str, ...]) -> PinKey:
-    uses = {use.signal: use for use in board.uses()}
-    signal = next((name for name in signals if name in uses), signals[0])
-    pin = board.pins.pin[uses[signal].pin].number if signal in uses else PIN_NONE
-    return PinKey(key, signal, pin, _legal(board, key, signal, uses.get(signal)))
+def _pin_key(board: Board, uses: Sequence[Use], key: int, signals: tuple[str, ...]) -> PinKey:
+    wired = {use.signal: use for use in uses}
+    signal = next((name for name in signals if name in wired), signals[0])
+    pin = board.pins.pin[wired[signal].pin].number if signal in wired else PIN_NONE
+    return PinKey(key, signal, pin, _legal(board, uses, key, signal))
 
 
-def _legal(board: Board, key: int, signal: str, use: Use | None) -> int:
+def _legal(board: Board, uses: Sequence[Use], key: int, signal: str) -> int:
     """0: the board decides it."""
+    use = next((use for use in uses if use.signal == signal), None)
     moved = {row.wire: row.signal for row in load_nvs().pin}
     if moved.get(key) != signal or board.target == "pic32mz" or _is_of_no_axis(board, signal):
         return 0
@@ -66,7 +69,12 @@ def _legal(board: Board, key: int, signal: str, use: Use | None) -> int:
     if use is not None and is_shifted(use.pin) and use.role in (Role.STEP, Role.DIR):
         return 0
     use = use or _unwired(signal)
-    names = [name for name, pin in board.pins.pin.items() if pin.number < MASK_BITS and _may_be_at(board, use, name)]
+    there = {each.pin: each for each in reversed(uses)}
+    names = [
+        name
+        for name, pin in board.pins.pin.items()
+        if pin.number < MASK_BITS and _may_be_at(board, use, name, there.get(name))
+    ]
     return sum(1 << board.pins.pin[name].number for name in names)
 
 
@@ -85,10 +93,10 @@ def _unwired(signal: str) -> Use:
     return Use(signal, (), kinds.get(signal, Role.MISC), OutputWire(pin=""))
 
 
-def _may_be_at(board: Board, use: Use, name: str) -> bool:
+def _may_be_at(board: Board, use: Use, name: str, there: Use | None) -> bool:
+    """@param there  what is wired at that pin"""
     if use.pin == name:
         return True
-    there = board.use_of(name)
     if is_shifted(name) or (there is None and name in board.onboard) or (there is not None and not _can_go(there)):
         return False
     allowed = OF_THE_PIN & set(there.wire.allow) if there is not None else frozenset()

@@ -7,7 +7,7 @@ import signal
 from contextlib import AbstractContextManager, nullcontext, suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import rich_click as click
 from rich.markup import escape
@@ -15,7 +15,6 @@ from rich.markup import escape
 from wificnc import __version__, ui
 from wificnc.board.load import load_board
 from wificnc.board.model import Board
-from wificnc.chip.serve import ChipServer
 from wificnc.commands._chip import chip_image, on_chip_option
 from wificnc.errors import ServeError, UserError
 from wificnc.link.access import KEY_MAX, make_key, normal_key
@@ -35,6 +34,9 @@ from wificnc.serve.options import (
 from wificnc.serve.page import About, PageServer, page_folder
 from wificnc.serve.server import ClientEvent, Server
 from wificnc.sim.run import check_axes, parse_setting
+
+if TYPE_CHECKING:
+    from wificnc.chip.serve import ChipServer
 
 NOWHERE = Address("127.0.0.1", 0)  # of the controller, when only the page is to be found
 
@@ -243,13 +245,17 @@ def _run(options: ServeOptions, speed: str) -> None:
 
 def _server(options: ServeOptions) -> Server | ChipServer:
     """A board with a chip that can be had virtually runs its own image, every other one the host's controller."""
-    return ChipServer(options) if options.on_chip else Server(options)
+    if not options.on_chip:
+        return Server(options)
+    from wificnc.chip.serve import ChipServer  # a tenth of a second, which a server without a chip need not take
+
+    return ChipServer(options)
 
 
 def _page(server: Server | ChipServer) -> AbstractContextManager[PageServer | None]:
     """What serves the page, if it is served."""
     options = server.options
-    if options.http is None or (isinstance(server, ChipServer) and server.page):
+    if options.http is None or (not isinstance(server, Server) and server.page):
         return nullcontext()
     board = options.board
     about = About("WiFiCNC on this computer", __version__, board.id, len(board.axes))
@@ -268,7 +274,7 @@ def _print_doors(server: Server | ChipServer, speed: str, page: str) -> None:
     ui.talk.print(f"{what}, {pace}. Ctrl-C ends it.")
     if is_module and (options.tcp or options.pty):
         ui.warn("the settings file says that this is an I/O module (device_mode): it does not accept G-code")
-    page = server.page or page if isinstance(server, ChipServer) else page
+    page = page if isinstance(server, Server) else server.page or page
     if page:
         ui.data.print(f"page    [bold]{escape(page)}[/]")
     if server.tcp:
@@ -281,7 +287,7 @@ def _print_doors(server: Server | ChipServer, speed: str, page: str) -> None:
         ui.data.print(f"pendant [bold]{escape(server.pendant)}[/]")
     if server.device:
         ui.data.print(f"serial  [bold]{escape(str(options.pty))}[/] -> {server.device}")
-    if isinstance(server, ChipServer) and server.key:
+    if not isinstance(server, Server) and server.key:
         ui.data.print(f"key     [bold]{escape(server.key)}[/], of the image's network clients")
         if _is_reachable(options):
             ui.warn("others can foresee this key: the virtual chip's random numbers are the same in each run")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import rich_click as click
 from rich.markup import escape
@@ -10,7 +11,6 @@ from rich.table import Table
 
 from wificnc import ui
 from wificnc.board.load import load_board
-from wificnc.chip.job import ChipResult, run_on_chip
 from wificnc.commands._chip import chip_image, on_chip_option
 from wificnc.commands._output import OutputFile
 from wificnc.commands._program import max_lines_option, progress_bar
@@ -20,6 +20,9 @@ from wificnc.output import STDOUT
 from wificnc.sim.job import SimResult
 from wificnc.sim.report import AXIS_COLUMNS, axis_rows, error_line, laser_warning, report_json, summary_rows
 from wificnc.sim.run import SimOptions, check_axes, parse_setting, simulate
+
+if TYPE_CHECKING:
+    from wificnc.chip.job import ChipResult
 
 ERRORS_SHOWN = 20
 
@@ -74,6 +77,8 @@ def command(
 
 def _run_on_chip(options: SimOptions, image: Path | None) -> bool:
     """@param image  None: what was built. @return whether no line was refused and every step is the host's"""
+    from wificnc.chip.job import run_on_chip  # a tenth of a second, which a simulation without a chip need not take
+
     board = load_board(options.board)
     profile = load_machine(options.machine) if options.machine else None
     check_axes(board, profile)
