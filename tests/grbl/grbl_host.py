@@ -10,11 +10,12 @@ from typing import Any
 
 import numpy as np
 import stalls
-from c_library import CONSUMER, EVENT, LIB
+from c_library import LIB
 from layouts import HOST
 from monitor import CHECKS, Checks, Monitor
 from numpy.typing import NDArray
 from step_accelerations import accelerations
+from step_log import StepLog
 from wificnc.sim.native import HostBoard, HostCounters, Tasks
 
 AXES = 6
@@ -207,17 +208,12 @@ class Grbl:
 
     def record(self) -> None:
         """Keep all step edges from now on, for accelerations()."""
-        self._chunks: list[NDArray[np.void]] = []
-        self._consumer = CONSUMER(
-            lambda _ctx, events, count: self._chunks.append(
-                np.frombuffer(ctypes.string_at(events, count * EVENT.itemsize), dtype=EVENT)
-            )
-        )
-        assert LIB.trace_add(LIB.host_trace(self._host), self._consumer, None)
+        self._log = StepLog()
+        assert LIB.trace_add(LIB.host_trace(self._host), self._log.consumer, None)
 
     def step_events(self) -> NDArray[np.void]:
         """All step edges since record()."""
-        return np.concatenate(self._chunks) if self._chunks else np.empty(0, EVENT)
+        return self._log.events()
 
     def output_period(self, microseconds: int) -> None:
         """Spindle and coolant pins follow the controller only this often; 0: immediately."""
@@ -235,11 +231,11 @@ class Grbl:
 
     def first_step_s(self) -> float:
         """Time of the first step edge since record()."""
-        return float(np.concatenate(self._chunks)["t"][0]) / HZ
+        return float(self.step_events()["t"][0]) / HZ
 
     def accelerations(self, window_s: float = 0.01) -> NDArray[np.float64]:
         """Steps/s^2 per axis by box differences of the recorded positions."""
-        events = np.concatenate(self._chunks)
+        events = self.step_events()
         return accelerations(events["t"] / HZ, events["step"], events["dir"], window_s)
 
     # --- stalls ---

@@ -6,12 +6,14 @@ import ctypes
 import random
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 import stalls
-from c_library import CONSUMER, EVENT, LIB
+from c_library import LIB
 from monitor import CHECKS, Checks, Monitor
 from numpy.typing import NDArray
+from step_log import StepLog
 from wificnc.sim.native import HostBoard, HostCounters, Tasks
 
 AXES = 6
@@ -37,10 +39,15 @@ class Run:
 
     def positions(self) -> NDArray[np.int64]:
         """Steps of every axis after each event, one row an event."""
-        bit = np.arange(AXES)
-        stepped = self.events["step"][:, None] >> bit & 1
-        sense = 1 - 2 * (self.events["dir"][:, None] >> bit & 1).astype(np.int64)
-        return np.cumsum(stepped * sense, axis=0)
+        return self._positions
+
+    @cached_property
+    def _positions(self) -> NDArray[np.int64]:
+        bit = np.arange(AXES, dtype=np.uint8)[:, None]  # an axis' events next to each other: a third of the time
+        stepped, back = (np.ascontiguousarray(self.events[name]) >> bit & 1 for name in ("step", "dir"))
+        places = np.cumsum(stepped * (1 - 2 * back.astype(np.int8)), axis=1, dtype=np.int64).T
+        places.flags.writeable = False
+        return places
 
     def counted(self) -> list[int]:
         """Pulses of every axis, signed, from power-on when this is the first run."""
@@ -65,21 +72,16 @@ class Host:
         self._host = LIB.host_create(ctypes.byref(board))
         assert self._host
         self.monitor = Monitor(LIB, self._host, checks)
-        self._chunks: list[NDArray[np.void]] = []
+        self._steps = StepLog()
         self._said = b""
         self._started = False
-        self._consumer = CONSUMER(self._consume)
-        assert LIB.trace_add(LIB.host_trace(self._host), self._consumer, None)
+        assert LIB.trace_add(LIB.host_trace(self._host), self._steps.consumer, None)
 
     def close(self) -> None:
         try:
             self.monitor.close()
         finally:
             LIB.host_destroy(self._host)
-
-    def _consume(self, _ctx: int | None, events: int, count: int) -> None:
-        raw = ctypes.string_at(events, count * EVENT.itemsize)
-        self._chunks.append(np.frombuffer(raw, dtype=EVENT))
 
     def _hear(self) -> None:
         buffer = ctypes.create_string_buffer(65536)
@@ -95,7 +97,7 @@ class Host:
 
     def start(self, program: str) -> None:
         """Hand over a short program and let no time pass."""
-        self._chunks.clear()
+        self._steps.clear()
         self._said = b""
         LIB.host_input_follows(self._host, 0)
         assert LIB.host_write(self._host, program.encode("latin-1"), len(program)) == len(program)
@@ -170,7 +172,7 @@ class Host:
         """Stream the program to its end and come to rest. The result holds all since start(), if that was called."""
         data = program.encode("latin-1")
         if not self._started:
-            self._chunks.clear()
+            self._steps.clear()
             self._said = b""
         self._started = False
         LIB.host_input_follows(self._host, 1)
@@ -211,9 +213,14 @@ class Host:
     def _result(self) -> Run:
         position = (ctypes.c_int32 * AXES)()
         LIB.host_position_steps(self._host, position)
-        events = np.concatenate(self._chunks) if self._chunks else np.empty(0, EVENT)
         said = self._said.decode("latin-1")
         answers = [line for line in said.split("\r\n") if line == "ok" or line.startswith("error:")]
         return Run(
-            events, said, answers, list(position), LIB.host_time_ticks(self._host), self.timer_hz, self.counters()
+            self._steps.events(),
+            said,
+            answers,
+            list(position),
+            LIB.host_time_ticks(self._host),
+            self.timer_hz,
+            self.counters(),
         )

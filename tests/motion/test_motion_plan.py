@@ -10,10 +10,11 @@ from pathlib import Path as File
 
 import numpy as np
 import pytest
+from c_library import EVENT
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from lawful import FINE, assert_accelerations
-from motion_host import AXES, EVENT
+from motion_host import AXES
 from numpy.typing import NDArray
 from patience import HANG_S
 from structured import FIXED, Path, structured_paths

@@ -29,7 +29,7 @@ JOB = "G21 G90 G64 P0\nG1 X20 F3000\nG1 Y10\nG3 X10 Y20 I-10 J0\nG1 X0 Y0\n"  # 
 
 def path(device: Device) -> list[tuple[int, int, int]]:
     """Where every step event leads, joints X, Y, Z."""
-    events = np.concatenate(device._events)
+    events = device.steps.events()
     step, sign = events["step"], 1 - 2 * (events["dir"].astype(np.int64)[:, None] >> np.arange(3) & 1)
     moves = (step[:, None] >> np.arange(3) & 1) * sign
     places = np.vstack([np.zeros((1, 3), np.int64), np.cumsum(moves, axis=0)])

@@ -54,7 +54,7 @@ def test_a_hundred_segments_a_second_for_long(device: Device, size: int) -> None
         if count % 100 == 0:
             levels.append(128 - device.status.buffer_free)
             device.sent.clear()
-            device._events.clear()
+            device.steps.clear()
     device.run(1)
     counts = statistics(device)
     assert device.position[:2] == list(at)

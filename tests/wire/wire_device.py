@@ -10,10 +10,11 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from c_library import CONSUMER, EVENT, LIB
+from c_library import LIB
 from layouts import HOST as LAYOUTS
 from monitor import Monitor
 from numpy.typing import NDArray
+from step_log import StepLog
 from wificnc.board.model import Board
 from wificnc.link.access import key_secret
 from wificnc.serve.options import device_text
@@ -97,18 +98,13 @@ class Device:
         self.sequence = 0
         self.sealer: Sealer | None = None  # of HOST
         self.sent: list[Sent] = []
-        self._events: list[NDArray[np.void]] = []
-        self._consumer = CONSUMER(self._take)
-        self.lib.trace_add(self.lib.host_trace(self.host), self._consumer, None)
+        self.steps = StepLog()
+        self.lib.trace_add(self.lib.host_trace(self.host), self.steps.consumer, None)
         known = {key: value for key, value in SETTINGS.items() if key % 10 < axes}
         for key, value in {**known, **(settings or {})}.items():
             self.text(f"${key}={value:g}\n")
             self.run(0.001)
         self.heard()
-
-    def _take(self, _ctx: object, events: int, count: int) -> None:
-        raw = ctypes.string_at(events, count * EVENT.itemsize)
-        self._events.append(np.frombuffer(raw, EVENT).copy())
 
     def close(self) -> None:
         try:
@@ -177,7 +173,7 @@ class Device:
 
     def edges(self, axis: int) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
         """Times of an axis' pulses, s, and their directions."""
-        events = np.concatenate(self._events) if self._events else np.zeros(0, EVENT)
+        events = self.steps.events()
         mine = events[(events["step"] >> axis & 1) != 0]
         return mine["t"] / TIMER_HZ, np.where((mine["dir"] >> axis & 1) != 0, -1, 1).astype(np.int64)
 
