@@ -68,6 +68,7 @@ class Host:
         self._chunks: list[NDArray[np.void]] = []
         self._said = b""
         self._started = False
+        self.keep_events = 0  # so many at least, the newest ones; 0: all
         self._consumer = CONSUMER(self._consume)
         assert LIB.trace_add(LIB.host_trace(self._host), self._consumer, None)
 
@@ -80,6 +81,8 @@ class Host:
     def _consume(self, _ctx: int | None, events: int, count: int) -> None:
         raw = ctypes.string_at(events, count * EVENT.itemsize)
         self._chunks.append(np.frombuffer(raw, dtype=EVENT))
+        while self.keep_events and sum(map(len, self._chunks[1:])) >= self.keep_events:
+            del self._chunks[0]
 
     def _hear(self) -> None:
         buffer = ctypes.create_string_buffer(65536)
