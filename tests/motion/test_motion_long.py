@@ -151,7 +151,7 @@ def test_a_long_line_is_held_resumed_and_cancelled_like_any_other() -> None:
     host.put("~")
     assert host.settle().position[:2] == [50_000 * 250, 46_500 * 250]
     host.start("$J=G90X0Y0F12000\n")
-    host.wait(20.0)
+    host.until(host.ticks() + 20 * host.timer_hz)
     host.put("\x85")
     cancelled = host.settle()
     assert 0 < cancelled.position[0] < 50_000 * 250
