@@ -13,8 +13,10 @@
 #define A_ROUNDING 0.01f  /* of what the axes can do: so much more of it is only rounding */
 #define ABOVE_PLAN 0.001f /* of the plan's y */
 #define AT_PLAN_S                                                                                            \
-    1e-4f           /* a speed above the plan that the axes can take away in this time is only rounding      \
-                     */
+    1e-4f /* a speed above the plan that the axes can take away in this time is only rounding                \
+           */
+#define ARRIVED_S2                                                                                           \
+    1.25e-7f        /* a stop takes no more than 0.5 ms for this times its acceleration: as good as there */
 #define CRAWL 0.75f /* of the y that is surely possible: a mean below it is too little */
 #define WIDER 1.1f  /* limits that cannot be kept are widened in such steps until they can be */
 
@@ -216,7 +218,8 @@ static float travel_line(struct emit *emit, float time_s) {
     float end_mm = stage.end_mm, left_mm = (end_mm - emit->along_mm) - emit->along_rest_mm;
     float two_a = 2.0f * stage.accel_mm_s2, y = emit->y;
     float limit = timing_limit_sq(&emit->plan->timing, piece);
-    if (left_mm <= tiny_mm) {
+    float skip_mm = min_f(tiny_mm, ARRIVED_S2 * piece->accel_mm_s2); /* no step comes early by it */
+    if (left_mm <= skip_mm || emit->along_mm >= end_mm) {
         put_along(emit, end_mm);
         end_line(emit, piece);
         return 0.0f;
@@ -250,7 +253,7 @@ static float travel_line(struct emit *emit, float time_s) {
         }
         emit->late = emit->late && y1 > stage.exit_y;
     }
-    bool to_end = way_mm >= left_mm - tiny_mm;
+    bool to_end = way_mm >= left_mm - skip_mm;
     float part = run(emit, way_mm, y1, &time_s);
     if (to_end && part == 1.0f)
         put_along(emit, end_mm);

@@ -101,14 +101,17 @@ static double cut(struct joints *joints, const double from[AXIS_COUNT], const st
 double joints_piece(struct joints *joints, const double from[AXIS_COUNT], const struct motion_line *line,
                     struct motion_line *piece) {
     const struct kinematics *kinematics = &joints->kinematics;
-    double at[AXIS_COUNT];
-    *piece = *line;
-    if (is_cartesian(joints))
-        return 1.0;
     if (kinematics->ops->bend_mm != NULL)
         return cut(joints, from, line, piece);
-    kinematics->ops->inverse(kinematics, line->target_mm, from, at);
-    *piece = of_joints(joints, line, joints->tool_mm, line->target_mm, from, at);
+    *piece = *line;
+    if (!is_cartesian(joints)) {
+        double from_mm[AXIS_COUNT], at[AXIS_COUNT];
+        point(joints->tool_mm, line->target_mm, joints->done, from_mm);
+        kinematics->ops->inverse(kinematics, line->target_mm, from, at);
+        *piece = of_joints(joints, line, from_mm, line->target_mm, from, at);
+    }
+    if (line->duration_s > 0.0f)
+        piece->duration_s *= (float)(1.0 - joints->done);
     return 1.0;
 }
 

@@ -20,7 +20,7 @@
 struct joints {
     struct kinematics kinematics;
     double tool_mm[AXIS_COUNT]; /* where the newest whole line ends */
-    double done;                /* part of the line under way that is cut already; 0: none is */
+    double done;                /* part of the line under way that is planned already; 0: none is */
     double part;                /* length of its last piece */
     float deviation_mm;         /* $11 */
 };

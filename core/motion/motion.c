@@ -8,12 +8,14 @@
 
 #include <string.h>
 
-#define ROUNDING_MM   0.003f /* twice that of a file with 4 decimals of an inch */
-#define REDUCE_MAX    0.6f   /* of the tolerance, to come up to that */
-#define REDUCE_PART   0.3f   /* of the tolerance is for leaving out points, the rest for rounding corners */
-#define MIN_TOLERANCE 0.5f   /* of the tolerance is left, however much of it an arc's chords take */
-#define MIN_CHORD_MM  2e-5f  /* a shorter one has no direction in float32 */
-#define RAPID_MM_S    1e15f  /* its square still is a float */
+#define ROUNDING_MM   0.003f  /* twice that of a file with 4 decimals of an inch */
+#define REDUCE_MAX    0.6f    /* of the tolerance, to come up to that */
+#define REDUCE_PART   0.3f    /* of the tolerance is for leaving out points, the rest for rounding corners */
+#define MIN_TOLERANCE 0.5f    /* of the tolerance is left, however much of it an arc's chords take */
+#define MIN_CHORD_MM  2e-5f   /* a shorter one has no direction in float32 */
+#define RAPID_MM_S    1e15f   /* its square still is a float */
+#define LONGEST_MM    4096.0f /* of a chord: places along it are single floats, there exact to 0.25 um */
+#define ALL_OF_IT     1e30f
 #define SELDOM        __attribute__((noinline)) /* apart from what most polls take */
 
 /* ---- straight moves -> chords (motion/planner.h) ---- */
@@ -80,7 +82,21 @@ static bool leads_nowhere(const struct plan *plan, const struct motion_line *lin
     return same;
 }
 
-static void add_line(struct plan *plan, const struct motion_line *line) {
+/* The chord that a line has begun is too long: it gets an equal part of the line. */
+static SELDOM float begin_part(struct plan *plan, const struct motion_line *line, float left_out_mm,
+                               float longest_mm) {
+    float part = 1.0f / (1.0f + (float)(uint32_t)(plan->reduce.reach_mm / longest_mm));
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        plan->position_mm[ax] += (double)part * (line->target_mm[ax] - plan->position_mm[ax]);
+    plan->reduce.open = plan->reduce.aimed = false;
+    (void)reduce_accepts(&plan->reduce, plan->position_mm, left_out_mm, longest_mm);
+    plan->newest.duration_s *= part;
+    plan->newest.flags &= (uint8_t)~MOTION_FLAG_EXACT_STOP;
+    return part;
+}
+
+/* @return the part of it that became a chord, or belongs to one */
+static float add_line(struct plan *plan, const struct motion_line *line, float longest_mm) {
     float tolerance_mm = max_f(plan->limits.junction_deviation_mm, line->tolerance_mm) - plan->shaped_mm;
     tolerance_mm = max_f(tolerance_mm, 0.0f);
     tolerance_mm = max_f(tolerance_mm - line->spent_mm, MIN_TOLERANCE * tolerance_mm);
@@ -103,7 +119,10 @@ static void add_line(struct plan *plan, const struct motion_line *line) {
         power_mark(&plan->power, plan->power.end + units, rpm);
     plan->newest = *line;
     plan->tolerance_mm = tolerance_mm;
+    if (plan->reduce.reach_mm > longest_mm)
+        return begin_part(plan, line, left_out_mm, longest_mm);
     memcpy(plan->position_mm, line->target_mm, sizeof plan->position_mm);
+    return 1.0f;
 }
 
 /* The newest move ends at rest, exactly at its target.
@@ -115,14 +134,17 @@ static void plan_end(struct plan *plan, bool may_go_on) {
     path_end(&plan->path, steps, may_go_on);
 }
 
-/* Append a move; plan_free() is not 0. */
-static void plan_line(struct plan *plan, const struct motion_line *line) {
+/* Append a move, or the part of it that is no longer than longest_mm; plan_free() is not 0.
+ * @return that part of it, 1: all */
+static float plan_line(struct plan *plan, const struct motion_line *line, float longest_mm) {
+    float part = 1.0f;
     plan->moves_total++;
     if (!leads_nowhere(plan, line))
-        add_line(plan, line);
-    if ((line->flags & MOTION_FLAG_EXACT_STOP) != 0)
+        part = add_line(plan, line, longest_mm);
+    if ((line->flags & MOTION_FLAG_EXACT_STOP) != 0 && part == 1.0f)
         plan_end(plan, false);
     DEBUG(DEBUG_MOTION, "move: line, pieces waiting", line->line, path_count(&plan->path));
+    return part;
 }
 
 /* New overrides for everything planned. @param feed 0.1 .. 2, @param rapid 0.25 .. 1 */
@@ -177,28 +199,41 @@ static float slack_mm(struct motion *motion) {
     return motion->ahead.pending || motion->ahead.ends ? 0.0f : emit_slack_mm(&motion->emit);
 }
 
-bool motion_line(struct motion *motion, const struct motion_line *line, uint32_t now_us) {
+/* As much of it as plan_line() takes. @return 0: no room */
+static float put_line(struct motion *motion, const struct motion_line *line, float longest_mm,
+                      uint32_t now_us) {
     struct emit *emit = &motion->emit;
     if (!motion_has_room(motion) || (motion->plan.path.may_go_on && !ahead_open(&motion->ahead)))
-        return false;
+        return 0.0f;
     ahead_close(&motion->ahead);
     if (plan_is_empty(&motion->plan))
         motion->oldest_us = now_us;
     motion->plan.path.slack_mm = slack_mm(motion);
-    plan_line(&motion->plan, line);
+    float part = plan_line(&motion->plan, line, longest_mm);
     emit->starved += emit->ran_dry;
     emit->ran_dry = emit->flush = false;
     motion->newest_us = now_us;
-    return true;
+    return part;
+}
+
+bool motion_line(struct motion *motion, const struct motion_line *line, uint32_t now_us) {
+    return put_line(motion, line, ALL_OF_IT, now_us) > 0.0f;
 }
 
 static SELDOM bool put_tool_line(struct motion *motion, struct joints *joints, const struct motion_line *line,
                                  uint32_t now_us) {
+    /* Where axes stop in much more than LONGEST_MM, the look-ahead reaches as far. */
+    const float longest_mm = max_f(LONGEST_MM, motion->plan.merge_mm);
     do {
         struct motion_line piece;
         const double end = joints_piece(joints, motion->plan.position_mm, line, &piece);
-        if (!motion_line(motion, &piece, now_us))
+        const float part = put_line(motion, &piece, longest_mm, now_us);
+        if (part == 0.0f)
             return false;
+        if (part < 1.0f) {
+            joints->done += (double)part * (end - joints->done);
+            continue;
+        }
         joints->done = end;
         joints->part *= 2.0;
         if (end < 1.0)

@@ -72,10 +72,10 @@ class Host:
         self._host = LIB.host_create(ctypes.byref(board))
         assert self._host
         self.monitor = Monitor(LIB, self._host, checks)
-        self._steps = StepLog()
+        self.steps = StepLog()
         self._said = b""
         self._started = False
-        assert LIB.trace_add(LIB.host_trace(self._host), self._steps.consumer, None)
+        assert LIB.trace_add(LIB.host_trace(self._host), self.steps.consumer, None)
 
     def close(self) -> None:
         try:
@@ -97,7 +97,7 @@ class Host:
 
     def start(self, program: str) -> None:
         """Hand over a short program and let no time pass."""
-        self._steps.clear()
+        self.steps.clear()
         self._said = b""
         LIB.host_input_follows(self._host, 0)
         assert LIB.host_write(self._host, program.encode("latin-1"), len(program)) == len(program)
@@ -172,7 +172,7 @@ class Host:
         """Stream the program to its end and come to rest. The result holds all since start(), if that was called."""
         data = program.encode("latin-1")
         if not self._started:
-            self._steps.clear()
+            self.steps.clear()
             self._said = b""
         self._started = False
         LIB.host_input_follows(self._host, 1)
@@ -216,7 +216,7 @@ class Host:
         said = self._said.decode("latin-1")
         answers = [line for line in said.split("\r\n") if line == "ok" or line.startswith("error:")]
         return Run(
-            self._steps.events(),
+            self.steps.events(),
             said,
             answers,
             list(position),
