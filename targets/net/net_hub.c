@@ -49,6 +49,8 @@ void net_hub_set_owner(struct net_hub *hub, struct net_client *client) {
     char text[NET_NAME_SIZE + 32];
     struct net_client *before = hub->owner;
     hub->owner = NULL;
+    for (struct net_client *other = hub->client; other < hub->client + NET_CLIENTS; other++)
+        other->in_left = net_hub_waits_in_left(hub, other);
     if (before != NULL)
         leave_lines(hub, before);
     hub->owner = client;
@@ -90,7 +92,7 @@ static void end_client(struct net_hub *hub, struct net_client *client) {
 static bool has_heard_all(const struct net_hub *hub, const struct net_client *client) {
     bool waits = client == hub->sender && is_busy(hub);
     return client->ended && !client->waits && hub->inside_left == 0 && hub->left.count == 0 &&
-           client->out.count == 0 && !waits;
+           client->lost_lines == 0 && client->out.count == 0 && !waits;
 }
 
 /* A transport may tell only a reader that the other end is gone. */
@@ -405,7 +407,7 @@ bool net_hub_feed(struct net_hub *hub) {
     const bool pendants = hub->has_pendants && net_hub_feed_pendants(hub);
     if (hub->has_pendants && net_hub_waits_for_pendant(hub))
         return pendants || answered;
-    bool fed = hub->left.count > 0 ? feed_left(hub) : hub->owner != NULL && feed_owner(hub, hub->owner);
+    bool fed = hub->left.count > 0 ? feed_left(hub) : net_hub_feeds_owner(hub) && feed_owner(hub, hub->owner);
     hub->others_first = false;
     hub->operators = fed ? NULL : hub->operators;
     hub->has_spoiled &= hub->left.count > 0 || (hub->owner != NULL && hub->owner->in.count > 0);

@@ -136,7 +136,7 @@ struct net_client {
     bool braked;  /* an observer or locked client that has held the machine: it may reset it, too */
     bool told;    /* ... and one that has not, that it may not. A pendant: that its bytes are unreadable */
     bool garbled; /* a pendant's line has bytes that no line has */
-    uint16_t lost_lines; /* of a pendant, that found no room, and are to be answered */
+    uint16_t lost_lines; /* of a pendant or a former owner, that found no room, and are to be refused */
     bool paused;         /* a pendant has sent XOFF: it reads nothing before XON */
     bool explained;      /* has the reason why its lines are refused: once for all that came together */
     char typed[13];      /* by an observer, in its line: $TRUST=always is the longest that it may send; of a

@@ -205,6 +205,16 @@ bool net_hub_mark_line(const struct net_hub *hub, struct net_client *owner);
 /** Lines of an observer are answered immediately, behind those that it has sent as the owner. */
 void net_hub_answer_observer(struct net_hub *hub, struct net_client *client, const char *line, size_t size);
 
+/** Lines that it has sent before it lost control wait, or answers to them are due. */
+static inline bool net_hub_waits_in_left(const struct net_hub *hub, const struct net_client *client) {
+    return client->in_left && (hub->left.count > 0 || hub->inside_left > 0);
+}
+
+/** There is an owner, and nothing of it that comes before its lines. */
+static inline bool net_hub_feeds_owner(const struct net_hub *hub) {
+    return hub->owner != NULL && hub->owner->lost_lines == 0;
+}
+
 /** Answer the lines whose turn it is. @return true: there was one */
 bool net_hub_answer_turns(struct net_hub *hub);
 
