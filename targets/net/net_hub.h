@@ -7,8 +7,8 @@
  *
  * Ownership: when no one owns, whoever first sends anything but `?` does. It ends with the connection;
  * `$TAKE` as a line takes it at any time. A former owner's whole lines are still run, a half line is not; the
- * answers to those lines are for all but the new owner, whose own lines are answered once each, in
- * order.
+ * answers to those lines are for all but a new owner that has not sent them: the owner's lines, also those of
+ * before it lost control, are answered once each, in order.
  *
  * The sender is the owner, or the client that was it last and has only ended its half of the connection: it
  * still hears answers, so what it sent runs on (`nc` ends so). When it is gone for good, the controller
@@ -144,6 +144,14 @@ struct net_client {
     uint8_t letters;     /* of these; UINT8_MAX: too many. Of a locked client: whether it has a question */
 };
 
+/** Lines of a former owner that are not answered yet. */
+struct net_hub_left {
+    const struct net_client *client; /* NULL: of one that is gone, or of several */
+    uint32_t lines;
+};
+
+enum { NET_HUB_LEFTS = 4 };
+
 struct net_hub {
     const struct net_hub_ops *ops;
     void *ctx;
@@ -163,6 +171,8 @@ struct net_hub {
     uint64_t owner_peer;   /* address of the owner or of the last one, whom a place is kept for; 0: none */
     uint32_t now_us;       /* of the last net_hub_tick() */
     struct net_queue left; /* whole lines of former owners that the controller has not got yet */
+    uint32_t lefts;        /* of these are in use, the oldest first */
+    struct net_hub_left left_of[NET_HUB_LEFTS];
     uint32_t questions;    /* ever asked by $LOGIN: each has its number */
     struct net_hub_knock { /* an address that is locked out, and tries to command */
         uint64_t peer;     /* 0: none */

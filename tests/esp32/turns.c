@@ -231,6 +231,26 @@ static void who_has_control_again_has_its_answers_in_order(void) {
     CHECK(first != NULL && second > first && third > second);
 }
 
+/* A phone takes control in a pause, and goes: `~` of the sender continues its job. */
+static void who_has_control_again_has_the_answers_to_its_lines_only(void) {
+    begin_turns();
+    send(OWNER, "M0\nG0X2\n");
+    send(OTHER, "$TAKE\nG0X3\n");
+    CHECK(strcmp(got, "M0\nG0X2\n\x85\nG0X3\n") == 0);
+    wires[OTHER].closed = true;
+    round_trip();
+    send(OWNER, "~");
+    send(OWNER, "G0X4\n");
+    answer_one("ok\r\nerror:22\r\n");
+    CHECK(heard(OWNER, "ok\r\nerror:22\r\n"));
+    wires[OWNER].out_count = 0;
+    wires[OWNER].out[0] = '\0';
+    answer_one("error:1\r\nerror:2\r\n"); /* of who is gone */
+    CHECK(heard(OWNER, ""));
+    answer_one("error:3\r\n");
+    CHECK(heard(OWNER, "error:3\r\n"));
+}
+
 static void a_sender_whose_input_has_ended_has_its_answers_in_order(void) {
     begin_turns();
     wires[OWNER].ended = true;
@@ -304,6 +324,7 @@ int main(void) {
     its_lines_follow_those_that_found_no_room();
     a_reset_forgets_those_that_found_no_room();
     who_has_control_again_has_its_answers_in_order();
+    who_has_control_again_has_the_answers_to_its_lines_only();
     a_sender_whose_input_has_ended_has_its_answers_in_order();
     what_a_lost_sender_has_revoked_stays_revoked();
     a_revoked_client_does_not_trust_itself_again();
