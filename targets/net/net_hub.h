@@ -150,7 +150,7 @@ struct net_hub_left {
     uint32_t lines;
 };
 
-enum { NET_HUB_LEFTS = 4 };
+enum { NET_HUB_LEFTS = 8 };
 
 struct net_hub {
     const struct net_hub_ops *ops;
