@@ -379,10 +379,17 @@ static bool feed_owner(struct net_hub *hub, struct net_client *owner) {
     return true;
 }
 
+/* Looked at for every line, so without a call. */
+static bool has_turns(const struct net_hub *hub) {
+    const struct net_client *owner = hub->owner;
+    return hub->left.count > 0 || hub->has_lost ||
+           (owner != NULL && owner->whole > 0 && net_line_is_marked(net_queue_head(&owner->in)));
+}
+
 bool net_hub_feed(struct net_hub *hub) {
     if (hub->stops || hub->resets)
         net_hub_end_stop(hub);
-    const bool answered = net_hub_answer_turns(hub);
+    const bool answered = has_turns(hub) && net_hub_answer_turns(hub);
     const bool pendants = hub->has_pendants && net_hub_feed_pendants(hub);
     if (hub->has_pendants && net_hub_waits_for_pendant(hub))
         return pendants || answered;

@@ -180,6 +180,7 @@ struct net_hub {
         bool more; /* others have tried, too */
     } knock;
     uint8_t presses;           /* of the start button, that were seen */
+    bool has_lost;             /* clients other than pendants may have lost_lines */
     bool has_spoiled;          /* NET_LINE_SPOILED may be among what waits */
     bool asked, asked_for_due; /* a report was, by a client, and for those that are due */
     bool stops, resets;        /* this round has had a hold or a jog cancel; a reset */

@@ -77,6 +77,7 @@ static bool add_to_left(struct net_hub *hub, char mark, const char *line, size_t
 static void lose_line(struct net_hub *hub, struct net_client *client) {
     if (client->lost_lines < UINT16_MAX) {
         client->lost_lines++;
+        hub->has_lost = true;
         return;
     }
     client->gone = true;
@@ -105,9 +106,9 @@ static size_t first_line(const char *lines, size_t count) {
  * waiting, but what it had sent before it lost control does. */
 static bool answer_owner(struct net_hub *hub, struct net_client *owner) {
     bool any = false;
-    while (!net_hub_waits_in_left(hub, owner) && owner->whole > 0 &&
-           net_line_is_marked(net_queue_head(&owner->in)) && net_hub_owners_inside(hub) == 0 &&
-           net_hub_lines_allowed(hub) > 0 && net_hub_is_open(owner)) {
+    while (owner->whole > 0 && net_line_is_marked(net_queue_head(&owner->in)) &&
+           net_hub_owners_inside(hub) == 0 && net_hub_lines_allowed(hub) > 0 && net_hub_is_open(owner) &&
+           !net_hub_waits_in_left(hub, owner)) {
         const size_t size = first_line(net_queue_head(&owner->in), owner->whole);
         answer_now(hub, owner, net_queue_head(&owner->in) + 1, size - 2);
         net_queue_drop(&owner->in, size);
@@ -143,11 +144,21 @@ static bool refuse_lost(struct net_hub *hub, struct net_client *client) {
     return any;
 }
 
+static bool refuse_all_lost(struct net_hub *hub) {
+    bool any = false;
+    hub->has_lost = false;
+    for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++) {
+        if (client->lost_lines == 0 || net_hub_is_pendant(client))
+            continue;
+        any |= !net_hub_waits_in_left(hub, client) && refuse_lost(hub, client);
+        hub->has_lost |= client->lost_lines > 0;
+    }
+    return any;
+}
+
 bool net_hub_answer_turns(struct net_hub *hub) {
     bool any = answer_left(hub);
-    for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
-        if (client->lost_lines > 0 && !net_hub_is_pendant(client) && !net_hub_waits_in_left(hub, client))
-            any |= refuse_lost(hub, client);
+    any |= hub->has_lost && refuse_all_lost(hub);
     return (hub->owner != NULL && answer_owner(hub, hub->owner)) || any;
 }
 
