@@ -431,7 +431,6 @@ static void make_geared(struct emit *emit, struct segment *segment) {
         }
     }
     finish(emit, segment, ns);
-    gear->run_ns += segment->duration_ns;
 }
 
 static void make_dwell(struct emit *emit, struct segment *segment) {
@@ -464,6 +463,7 @@ static bool make(void *ctx, struct segment *segment) {
     else
         make_sample(emit, segment);
     emit->stop_samples++;
+    emit->gear.run_ns += segment->duration_ns; /* the axes come to rest later than the follower that stops */
     return true;
 }
 

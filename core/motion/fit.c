@@ -11,6 +11,8 @@
 #define ROUNDING   1e-4f /* relative */
 #define NO_LIMIT   1e15f
 #define MIN_MEAN_S 0.002f
+#define MAX_MEAN_S                                                                                           \
+    1.0f /* what an axis is late by, and history.c counts in 31 bits of ns: with shapers, too */
 /* How far a segment may lie off its curve, as a part of the tolerance and on top of it. */
 #define CURVE_PART      0.045f
 #define CURVE_S         0.002f /* this long a segment does at 500 mm/s2 and 0.01 mm */
@@ -28,7 +30,8 @@ static float cube_root(float c) {
 
 /* Averaging over T = 2 k A / J limits the jerk, and cuts curves by up to a T^2 / 24 for an acceleration a
  * across the path. The part k of the acceleration that is used makes that fit: k^3 = 6 e J^2 / (a A^2), a = k
- * A. With shapers, whose moments differ, a is that of X, Y and Z together.
+ * A. With shapers, whose moments differ, a is that of X, Y and Z together. T is a second at most, k then
+ * less.
  * @param room  part of the tolerance @param *across_mm_s2  becomes the greatest acceleration across the path
  * @return T; the accelerations become those that are used */
 static float fit_jerk(struct motion_limits *limits, float room, bool shaped, float *across_mm_s2) {
@@ -45,6 +48,7 @@ static float fit_jerk(struct motion_limits *limits, float room, bool shaped, flo
           cube = 6.0f * room_mm / all * (jerk / most) * (jerk / most);
     if (room_mm > 0.0f && cube < 1.0f)
         part = cube_root(cube);
+    part = min_f(part, 0.5f * MAX_MEAN_S * jerk / most);
     float mean_s = max_f(2.0f * part * most / jerk, MIN_MEAN_S);
     float square = mean_s * mean_s * (1.0f / 24.0f);
     if (room_mm > 0.0f && part * all * square > room_mm)

@@ -24,33 +24,14 @@ void net_hub_init(struct net_hub *hub, const struct net_hub_sizes *sizes, const 
 
 /* ---- ownership ---- */
 
-/* What the owner has sent stays in force: whole lines go to `left`. A half line is forgotten; if the
- * controller has got a part of it, it is ended, and its answer (too long) is no one's. */
-static void leave_lines(struct net_hub *hub, struct net_client *client) {
-    client->in_left = client->whole > 0 || net_hub_owners_inside(hub) > 0;
-    bool half = client->in.count > client->whole;
-    if (client->whole == 0 && client->in_long) {
-        net_queue_cut(&client->in, 0);
-        if (net_queue_add(&client->in, "\n", 1))
-            client->whole = 1;
-    }
-    if (hub->left.count + client->whole > hub->sizes.left ||
-        !net_queue_add(&hub->left, net_queue_head(&client->in), client->whole))
-        net_hub_tell(hub, "Queue full: lines of the previous owner discarded");
-    else if (half)
-        net_hub_tell_observers(hub, "Incomplete line discarded: the sender disconnected");
-    client->skips |= half;
-    client->in_long = client->called_off = false;
-    client->whole = 0;
-    net_queue_free(&client->in);
-}
-
 void net_hub_set_owner(struct net_hub *hub, struct net_client *client) {
     char text[NET_NAME_SIZE + 32];
     struct net_client *before = hub->owner;
     hub->owner = NULL;
+    for (struct net_client *other = hub->client; other < hub->client + NET_CLIENTS; other++)
+        other->in_left = net_hub_waits_in_left(hub, other);
     if (before != NULL)
-        leave_lines(hub, before);
+        net_hub_leave_lines(hub, before);
     hub->owner = client;
     hub->owner_peer = client != NULL ? client->stream.peer : hub->owner_peer;
     hub->inside_left = hub->inside - hub->inside_hand;
@@ -90,7 +71,7 @@ static void end_client(struct net_hub *hub, struct net_client *client) {
 static bool has_heard_all(const struct net_hub *hub, const struct net_client *client) {
     bool waits = client == hub->sender && is_busy(hub);
     return client->ended && !client->waits && hub->inside_left == 0 && hub->left.count == 0 &&
-           client->out.count == 0 && !waits;
+           client->lost_lines == 0 && client->out.count == 0 && !waits;
 }
 
 /* A transport may tell only a reader that the other end is gone. */
@@ -398,14 +379,21 @@ static bool feed_owner(struct net_hub *hub, struct net_client *owner) {
     return true;
 }
 
+/* Looked at for every line, so without a call. */
+static bool has_turns(const struct net_hub *hub) {
+    const struct net_client *owner = hub->owner;
+    return hub->left.count > 0 || hub->has_lost ||
+           (owner != NULL && owner->whole > 0 && net_line_is_marked(net_queue_head(&owner->in)));
+}
+
 bool net_hub_feed(struct net_hub *hub) {
     if (hub->stops || hub->resets)
         net_hub_end_stop(hub);
-    const bool answered = net_hub_answer_turns(hub);
+    const bool answered = has_turns(hub) && net_hub_answer_turns(hub);
     const bool pendants = hub->has_pendants && net_hub_feed_pendants(hub);
     if (hub->has_pendants && net_hub_waits_for_pendant(hub))
         return pendants || answered;
-    bool fed = hub->left.count > 0 ? feed_left(hub) : hub->owner != NULL && feed_owner(hub, hub->owner);
+    bool fed = hub->left.count > 0 ? feed_left(hub) : net_hub_feeds_owner(hub) && feed_owner(hub, hub->owner);
     hub->others_first = false;
     hub->operators = fed ? NULL : hub->operators;
     hub->has_spoiled &= hub->left.count > 0 || (hub->owner != NULL && hub->owner->in.count > 0);
@@ -421,12 +409,12 @@ static void follow_reset(struct net_hub *hub) {
     bool any = hub->left.count > 0 || (owner != NULL && owner->in.count > 0);
     net_hub_forget_lines(hub, NULL);
     net_hub_end_reports(hub);
-    hub->inside = hub->inside_left = 0; /* what was inside is not answered any more */
+    hub->inside = hub->inside_left = hub->lefts = 0; /* what was inside is not answered any more */
     if (any)
         net_hub_tell(hub, "Queued lines discarded by the reset");
 }
 
-/* Count answers; those to former owners' lines do not go to clients that would take them for their own. */
+/* Count answers; those to former owners' lines do not go to an owner that would take them for its own. */
 static void say_line(struct net_hub *hub, const char *line, size_t size) {
     bool answer = net_line_begins(line, size, "ok\r") || net_line_begins(line, size, "error:");
     const bool is_news = net_line_is_news(line, size);
@@ -439,9 +427,12 @@ static void say_line(struct net_hub *hub, const char *line, size_t size) {
     bool report = net_line_begins(line, size, "<");
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
         if (client->stream.ops != NULL && (report ? net_hub_gets_report(hub, client) : !client->locked) &&
-            (!of_left || client->hears_left) && net_hub_is_for(hub, client, is_news))
+            (!of_left || client->hears_left || net_hub_left_is_of(hub, client)) &&
+            net_hub_is_for(hub, client, is_news))
             net_hub_say(hub, client, line, size);
     hub->inside_hand = (uint8_t)(hub->inside_hand - (answer && of_hand));
+    if (answer && of_left)
+        net_hub_count_left(hub);
     if (report)
         net_hub_end_report(hub);
 }

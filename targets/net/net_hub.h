@@ -7,8 +7,8 @@
  *
  * Ownership: when no one owns, whoever first sends anything but `?` does. It ends with the connection;
  * `$TAKE` as a line takes it at any time. A former owner's whole lines are still run, a half line is not; the
- * answers to those lines are for all but the new owner, whose own lines are answered once each, in
- * order.
+ * answers to those lines are for all but a new owner that has not sent them: the owner's lines, also those of
+ * before it lost control, are answered once each, in order.
  *
  * The sender is the owner, or the client that was it last and has only ended its half of the connection: it
  * still hears answers, so what it sent runs on (`nc` ends so). When it is gone for good, the controller
@@ -136,13 +136,21 @@ struct net_client {
     bool braked;  /* an observer or locked client that has held the machine: it may reset it, too */
     bool told;    /* ... and one that has not, that it may not. A pendant: that its bytes are unreadable */
     bool garbled; /* a pendant's line has bytes that no line has */
-    uint16_t lost_lines; /* of a pendant, that found no room, and are to be answered */
+    uint16_t lost_lines; /* of a pendant or a former owner, that found no room, and are to be refused */
     bool paused;         /* a pendant has sent XOFF: it reads nothing before XON */
     bool explained;      /* has the reason why its lines are refused: once for all that came together */
     char typed[13];      /* by an observer, in its line: $TRUST=always is the longest that it may send; of a
                             locked client the number of its question */
     uint8_t letters;     /* of these; UINT8_MAX: too many. Of a locked client: whether it has a question */
 };
+
+/** Lines of a former owner that are not answered yet. */
+struct net_hub_left {
+    const struct net_client *client; /* NULL: of one that is gone, or of several */
+    uint32_t lines;
+};
+
+enum { NET_HUB_LEFTS = 8 };
 
 struct net_hub {
     const struct net_hub_ops *ops;
@@ -163,6 +171,8 @@ struct net_hub {
     uint64_t owner_peer;   /* address of the owner or of the last one, whom a place is kept for; 0: none */
     uint32_t now_us;       /* of the last net_hub_tick() */
     struct net_queue left; /* whole lines of former owners that the controller has not got yet */
+    uint32_t lefts;        /* of these are in use, the oldest first */
+    struct net_hub_left left_of[NET_HUB_LEFTS];
     uint32_t questions;    /* ever asked by $LOGIN: each has its number */
     struct net_hub_knock { /* an address that is locked out, and tries to command */
         uint64_t peer;     /* 0: none */
@@ -170,6 +180,7 @@ struct net_hub {
         bool more; /* others have tried, too */
     } knock;
     uint8_t presses;           /* of the start button, that were seen */
+    bool has_lost;             /* clients other than pendants may have lost_lines */
     bool has_spoiled;          /* NET_LINE_SPOILED may be among what waits */
     bool asked, asked_for_due; /* a report was, by a client, and for those that are due */
     bool stops, resets;        /* this round has had a hold or a jog cancel; a reset */

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT
- * What the hub's files share: net_hub.c has lines and owners, net_hub_stop.c stops, net_hub_say.c messages,
- * net_hub_reports.c reports, net_hub_places.c connections, net_hub_access.c who is let in, net_hub_pendant.c
- * pendants, net_hub_qr.c the code of $QR, net_hub_turn.c when lines that the hub answers have their turn. */
+ * What the hub's files share: net_hub.c has lines and owners, net_hub_left.c lines of former owners,
+ * net_hub_stop.c stops, net_hub_say.c messages, net_hub_reports.c reports, net_hub_places.c connections,
+ * net_hub_access.c who is let in, net_hub_pendant.c pendants, net_hub_qr.c the code of $QR, net_hub_turn.c
+ * when lines that the hub answers have their turn. */
 #ifndef WIFICNC_NET_HUB_INNER_H
 #define WIFICNC_NET_HUB_INNER_H
 
@@ -86,6 +87,22 @@ static inline bool net_hub_locks(const struct net_hub *hub) {
 
 /** Look again at a login that waits for its turn. */
 void net_hub_log_in_again(struct net_hub *hub, struct net_client *client);
+
+/* ---- net_hub_left.c ---- */
+
+/** It is the owner no more. */
+void net_hub_leave_lines(struct net_hub *hub, struct net_client *client);
+
+/** Whether the next answer to a former owner's line is to a line of this client. */
+static inline bool net_hub_left_is_of(const struct net_hub *hub, const struct net_client *client) {
+    return hub->lefts > 0 && hub->left_of[0].client == client;
+}
+
+/** A former owner's line was answered. */
+void net_hub_count_left(struct net_hub *hub);
+
+/** The client is gone. */
+void net_hub_disown_left(struct net_hub *hub, const struct net_client *client);
 
 /* ---- net_hub_reports.c ---- */
 
@@ -204,6 +221,16 @@ bool net_hub_mark_line(const struct net_hub *hub, struct net_client *owner);
 
 /** Lines of an observer are answered immediately, behind those that it has sent as the owner. */
 void net_hub_answer_observer(struct net_hub *hub, struct net_client *client, const char *line, size_t size);
+
+/** Lines that it has sent before it lost control wait, or answers to them are due. */
+static inline bool net_hub_waits_in_left(const struct net_hub *hub, const struct net_client *client) {
+    return client->in_left && (hub->left.count > 0 || hub->inside_left > 0);
+}
+
+/** There is an owner, and nothing of it that comes before its lines. */
+static inline bool net_hub_feeds_owner(const struct net_hub *hub) {
+    return hub->owner != NULL && hub->owner->lost_lines == 0;
+}
 
 /** Answer the lines whose turn it is. @return true: there was one */
 bool net_hub_answer_turns(struct net_hub *hub);

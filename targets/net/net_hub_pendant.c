@@ -338,7 +338,7 @@ bool net_hub_feed_pendants(struct net_hub *hub) {
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
         if (net_hub_is_open(client) && net_hub_is_pendant(client) && has_lines(client))
             any |= look_at(hub, client);
-    if (hub->mpg && hub->owner != NULL && hub->owner->whole > 0)
+    if (hub->mpg && net_hub_feeds_owner(hub) && hub->owner->whole > 0)
         any |= refuse_lines(hub, hub->owner, STATUS_PENDANT, in_control);
     return any;
 }

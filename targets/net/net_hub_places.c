@@ -70,6 +70,7 @@ void net_hub_remove_client(struct net_hub *hub, struct net_client *client) {
     }
     if (client->in_left)
         net_hub_end_turns_of(hub, client);
+    net_hub_disown_left(hub, client);
     if (client == hub->sender)
         lose_sender(hub);
     if (net_hub_is_pendant(client))

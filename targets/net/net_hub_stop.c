@@ -50,6 +50,8 @@ void net_hub_forget_lines(struct net_hub *hub, const struct net_client *by) {
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
         if (may_jog(hub, client))
             forget_lines(client, client == by);
+        else
+            client->lost_lines = 0;
     net_queue_drop(&hub->left, hub->left.count);
     net_hub_end_turns(hub);
 }

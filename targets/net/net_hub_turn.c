@@ -43,6 +43,8 @@ bool net_hub_mark_line(const struct net_hub *hub, struct net_client *owner) {
 
 /* ---- answers ---- */
 
+static const char too_many[] = "Too many lines wait for answers: this one had no effect";
+
 static void answer(struct net_hub *hub, struct net_client *client, const char *line, size_t size) {
     if (net_hub_is_qr_line(hub, line, size))
         net_hub_answer_qr(hub, client);
@@ -63,20 +65,33 @@ static void answer_now(struct net_hub *hub, struct net_client *client, const cha
     }
 }
 
-/* Where `left` is full, too, the order is given up: its real-time bytes must still be read. */
-void net_hub_answer_observer(struct net_hub *hub, struct net_client *client, const char *line, size_t size) {
-    const char mark = mark_of(hub, client);
-    client->in_left &= hub->left.count > 0 || hub->inside_left > 0;
-    if (!client->in_left || hub->left.count + size + 2 > hub->sizes.left) {
-        answer_now(hub, client, line, size);
+static bool add_to_left(struct net_hub *hub, char mark, const char *line, size_t size) {
+    const size_t before = hub->left.count;
+    if (before + size + 2 <= hub->sizes.left && net_queue_add(&hub->left, &mark, 1) &&
+        net_queue_add(&hub->left, line, size) && net_queue_add(&hub->left, "\n", 1))
+        return true;
+    net_queue_cut(&hub->left, before);
+    return false;
+}
+
+static void lose_line(struct net_hub *hub, struct net_client *client) {
+    if (client->lost_lines < UINT16_MAX) {
+        client->lost_lines++;
+        hub->has_lost = true;
         return;
     }
-    const size_t before = hub->left.count;
-    if (!net_queue_add(&hub->left, &mark, 1) || !net_queue_add(&hub->left, line, size) ||
-        !net_queue_add(&hub->left, "\n", 1)) {
-        net_queue_cut(&hub->left, before);
+    client->gone = true;
+    hub->ops->event(hub->ctx, "disconnected: it does not wait for answers", client->name);
+}
+
+/* Where `left` has no more room they are counted, and refused in their turn: the client can always stop, so
+ * its bytes are always read. */
+void net_hub_answer_observer(struct net_hub *hub, struct net_client *client, const char *line, size_t size) {
+    client->in_left = net_hub_waits_in_left(hub, client);
+    if (client->lost_lines == 0 && !client->in_left)
         answer_now(hub, client, line, size);
-    }
+    else if (client->lost_lines > 0 || !add_to_left(hub, mark_of(hub, client), line, size))
+        lose_line(hub, client);
 }
 
 /* ---- turns ---- */
@@ -87,11 +102,13 @@ static size_t first_line(const char *lines, size_t count) {
     return end == NULL ? count : (size_t)(end + 1 - lines);
 }
 
-/* What follows the revocation of one's own trust is not read any more. */
+/* What follows the revocation of one's own trust is not read any more. Lines of others do not keep an owner
+ * waiting, but what it had sent before it lost control does. */
 static bool answer_owner(struct net_hub *hub, struct net_client *owner) {
     bool any = false;
     while (owner->whole > 0 && net_line_is_marked(net_queue_head(&owner->in)) &&
-           net_hub_owners_inside(hub) == 0 && net_hub_lines_allowed(hub) > 0 && net_hub_is_open(owner)) {
+           net_hub_owners_inside(hub) == 0 && net_hub_lines_allowed(hub) > 0 && net_hub_is_open(owner) &&
+           !net_hub_waits_in_left(hub, owner)) {
         const size_t size = first_line(net_queue_head(&owner->in), owner->whole);
         answer_now(hub, owner, net_queue_head(&owner->in) + 1, size - 2);
         net_queue_drop(&owner->in, size);
@@ -115,8 +132,33 @@ static bool answer_left(struct net_hub *hub) {
     return any;
 }
 
+/* As many as there is room for: what is lost is many lines. */
+static bool refuse_lost(struct net_hub *hub, struct net_client *client) {
+    bool any = false;
+    while (client->lost_lines > 0 && net_hub_is_open(client) && client->out.count < hub->sizes.out / 2) {
+        net_hub_refuse(hub, client, STATUS_OBSERVER, client->explained ? NULL : too_many);
+        client->explained = true;
+        client->lost_lines--;
+        any = true;
+    }
+    return any;
+}
+
+static bool refuse_all_lost(struct net_hub *hub) {
+    bool any = false;
+    hub->has_lost = false;
+    for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++) {
+        if (client->lost_lines == 0 || net_hub_is_pendant(client))
+            continue;
+        any |= !net_hub_waits_in_left(hub, client) && refuse_lost(hub, client);
+        hub->has_lost |= client->lost_lines > 0;
+    }
+    return any;
+}
+
 bool net_hub_answer_turns(struct net_hub *hub) {
-    const bool any = answer_left(hub);
+    bool any = answer_left(hub);
+    any |= hub->has_lost && refuse_all_lost(hub);
     return (hub->owner != NULL && answer_owner(hub, hub->owner)) || any;
 }
 

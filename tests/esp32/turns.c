@@ -138,6 +138,119 @@ static void a_former_owner_has_its_answers_in_order(void) {
 }
 
 /* `nc`: the input has ended, the answers are awaited. */
+/* Count answers, each `listed` and ok, or a refusal; the first may have why before it.
+ * @return of the ones that are listed, then refused; -1 if any is another, or a listed one behind a refused
+ */
+static int listed_before_refused(const char *text, const char *why, unsigned *refused) {
+    int answered = 0;
+    for (*refused = 0; *text != '\0';) {
+        const char *end = strchr(text, '\n');
+        if (strncmp(text, listed, sizeof listed - 1) == 0 && *refused == 0)
+            answered++;
+        else if (strncmp(text, "error:181\r", 10) == 0)
+            ++*refused;
+        else if (strncmp(text, "ok\r", 3) != 0 && strncmp(text, why, strlen(why)) != 0)
+            return -1;
+        text = end + 1;
+    }
+    return answered;
+}
+
+enum { SENT = 400 };
+
+static void fill_the_queue_of_lines_left(void) {
+    begin_turns();
+    send(OWNER, "G0X1\n");
+    send(OTHER, "$TAKE\n");
+    wires[OWNER].out_count = 0;
+    for (unsigned n = 0; n < SENT; n++) {
+        send(OWNER, "$TRUST\n");
+        CHECK(wires[OWNER].out_count == 0);
+    }
+    CHECK(hub.left.count <= 2048);
+}
+
+/* A client that sends on without waiting for answers, while those before wait: it can always stop. */
+static void who_was_in_control_has_its_answers_in_order_when_the_queue_is_full(void) {
+    unsigned refused = 0;
+    fill_the_queue_of_lines_left();
+    got_count = 0;
+    send(OWNER, "!");
+    CHECK(strcmp(got, "!") == 0 && heard(OWNER, ""));
+    answer_one("error:22\r\n");
+    CHECK(strncmp(wires[OWNER].out, "error:22\r\n[TRUST", 16) == 0);
+    round_trip(); /* it has read the first answers */
+    const int answered = listed_before_refused(wires[OWNER].out + 10, "[MSG:Too many lines wait", &refused);
+    CHECK(answered > 200 && answered + (int)refused == SENT && refused > 0);
+    CHECK(strstr(wires[OWNER].out, "[MSG:Too many lines wait") != NULL);
+    send(OWNER, "$TRUST\n"); /* nothing of it waits any more */
+    CHECK(heard(OWNER, "[TRUST:1,10.0.0.255,always]\r\nok\r\n"));
+}
+
+static void its_lines_follow_those_that_found_no_room(void) {
+    fill_the_queue_of_lines_left();
+    send(OWNER, "$TAKE\nG0X5\n$TRUST\n");
+    got_count = 0;
+    answer_one("ok\r\n"); /* to G0X1 */
+    CHECK(got_count == 0);
+    answer_one("ok\r\n"); /* to the other's $TAKE */
+    CHECK(hub.owner->lost_lines > 0 && got_count == 0);
+    round_trip();
+    CHECK(strcmp(got, "\nG0X5\n") == 0);
+    CHECK(strcmp(wires[OWNER].out + wires[OWNER].out_count - 11, "error:181\r\n") == 0);
+    wires[OWNER].out_count = 0;
+    answer_one("ok\r\nerror:22\r\n");
+    CHECK(heard(OWNER, "ok\r\nerror:22\r\n[TRUST:1,10.0.0.255,always]\r\nok\r\n"));
+}
+
+static void a_reset_forgets_those_that_found_no_room(void) {
+    fill_the_queue_of_lines_left();
+    strcpy(says, "\r\nGrbl 1.1h ['$' for help]\r\n");
+    round_trip();
+    wires[OWNER].out_count = 0;
+    send(OWNER, "$TRUST\n");
+    CHECK(heard(OWNER, "[TRUST:1,10.0.0.255,always]\r\nok\r\n"));
+}
+
+/* The other's connection ends: its next line has control, without $TAKE. */
+static void who_has_control_again_has_its_answers_in_order(void) {
+    begin_turns();
+    send(OWNER, "G0X1\n$TRUST\n");
+    send(OTHER, "$TAKE\n");
+    send(OWNER, "$TRUST=week\n");
+    wires[OTHER].closed = true;
+    round_trip();
+    wires[OWNER].out_count = 0;
+    send(OWNER, "$TRUST=no 8\n");
+    CHECK(hub.owner == &hub.client[OWNER] && strstr(wires[OWNER].out, "That address") == NULL);
+    answer_one("ok\r\n"); /* to G0X1 */
+    answer_one("ok\r\n"); /* to $TAKE */
+    const char *first = strstr(wires[OWNER].out, listed);
+    const char *second = strstr(wires[OWNER].out, "[MSG:$TRUST is no, day");
+    const char *third = strstr(wires[OWNER].out, "[MSG:That address");
+    CHECK(first != NULL && second > first && third > second);
+}
+
+/* A phone takes control in a pause, and goes: `~` of the sender continues its job. */
+static void who_has_control_again_has_the_answers_to_its_lines_only(void) {
+    begin_turns();
+    send(OWNER, "M0\nG0X2\n");
+    send(OTHER, "$TAKE\nG0X3\n");
+    CHECK(strcmp(got, "M0\nG0X2\n\x85\nG0X3\n") == 0);
+    wires[OTHER].closed = true;
+    round_trip();
+    send(OWNER, "~");
+    send(OWNER, "G0X4\n");
+    answer_one("ok\r\nerror:22\r\n");
+    CHECK(heard(OWNER, "ok\r\nerror:22\r\n"));
+    wires[OWNER].out_count = 0;
+    wires[OWNER].out[0] = '\0';
+    answer_one("error:1\r\nerror:2\r\n"); /* of who is gone */
+    CHECK(heard(OWNER, ""));
+    answer_one("error:3\r\n");
+    CHECK(heard(OWNER, "error:3\r\n"));
+}
+
 static void a_sender_whose_input_has_ended_has_its_answers_in_order(void) {
     begin_turns();
     wires[OWNER].ended = true;
@@ -207,6 +320,11 @@ int main(void) {
     a_reset_forgets_them_with_the_other_lines();
     a_jog_cancel_takes_none_of_them();
     a_former_owner_has_its_answers_in_order();
+    who_was_in_control_has_its_answers_in_order_when_the_queue_is_full();
+    its_lines_follow_those_that_found_no_room();
+    a_reset_forgets_those_that_found_no_room();
+    who_has_control_again_has_its_answers_in_order();
+    who_has_control_again_has_the_answers_to_its_lines_only();
     a_sender_whose_input_has_ended_has_its_answers_in_order();
     what_a_lost_sender_has_revoked_stays_revoked();
     a_revoked_client_does_not_trust_itself_again();

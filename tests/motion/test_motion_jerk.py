@@ -196,6 +196,19 @@ def farthest_mm(places: NDArray[np.float64], points: NDArray[np.float64]) -> flo
     return float(np.sqrt(((places[:, None] - nearest) ** 2).sum(axis=2)).min(axis=1).max())
 
 
+@pytest.mark.parametrize("deviation", [0.0, 0.01])
+@pytest.mark.parametrize("jerk", [0.001, 0.005, 0.2, 20, 250])
+def test_the_least_jerk_takes_long_and_ends(host: Host, jerk: float, deviation: float) -> None:
+    """2 A / J would be up to days, and no window is longer than a second: the acceleration is what suffices."""
+    host.settings(s40=jerk, s11=deviation)
+    run = host.run("G90G1F5000X0.5Y0.1\nX0.2\n")
+    assert run.positions()[-1][:3].tolist() == [50, 25, 0]
+    if jerk >= 20:
+        window_s = 0.1
+        grain = 1 / (STEPS_PER_MM * window_s**2)
+        assert np.abs(derivatives(run, window_s)[2]).max() <= jerk + 4 * grain / window_s
+
+
 def test_an_exact_stop_is_reached_exactly(host: Host) -> None:
     host.settings(s40=10_000)
     run = host.run("G61G1F3000X10\nY10\nX0\n")

@@ -11,6 +11,7 @@ import pytest
 import stalls
 from grbl_host import HZ
 from lathe import ACCEL_MM_S2, INDEX_REV, STEPS_MM, Lathe
+from numpy.typing import NDArray
 
 PASSES = ["G33Z-4K0.5", "G33Z-30K2", "G33X3Z-12K1", "G33.1Z-8K1", "G76P1Z-12I-1J0.3K0.6"]
 
@@ -30,14 +31,19 @@ def assert_legal(lathe: Lathe) -> None:
     assert lathe.position() == lathe.stands()
 
 
+def course(lathe: Lathe, pitch_mm: float) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Of every step: its time, how far Z was then, and how far from the thread's line, revolutions."""
+    events = lathe.step_events()
+    down = np.where(events["dir"] >> 2 & 1, 1, -1) * (events["step"] >> 2 & 1).astype(int)
+    t, z_mm = events["t"] / HZ, np.cumsum(down) / STEPS_MM
+    rev = lathe.spindle_angle() - (lathe.time() - t) * lathe.spindle_rpm() / 60 - INDEX_REV
+    return t, z_mm, (z_mm / pitch_mm - rev + 0.5) % 1 - 0.5
+
+
 def off_rev(lathe: Lathe, line: str) -> float:
     """How far the tool was from the line of a straight thread, where it neither begins nor ends."""
     pitch_mm, way_mm = float(line.split("K")[1]), -float(line.split("Z")[1].split("K")[0])
-    events = lathe.step_events()
-    down = np.where(events["dir"] >> 2 & 1, 1, -1) * (events["step"] >> 2 & 1).astype(int)
-    z_mm, ago_s = np.cumsum(down) / STEPS_MM, lathe.time() - events["t"] / HZ
-    rev = lathe.spindle_angle() - ago_s * lathe.spindle_rpm() / 60 - INDEX_REV
-    off = (z_mm / pitch_mm - rev + 0.5) % 1 - 0.5
+    _, z_mm, off = course(lathe, pitch_mm)
     return float(np.abs(off[(z_mm > 0.3 * way_mm) & (z_mm < 0.7 * way_mm)]).max())
 
 
@@ -64,6 +70,28 @@ def test_a_pass_is_made_whole_or_ends_in_an_alarm(seed: int, line: str, late: st
     lathe.after(20)
     assert lathe.stands() == at, "nothing comes later"
     assert_legal(lathe)
+    lathe.close()
+
+
+@pytest.mark.parametrize("jerk", [0, 30_000])
+@pytest.mark.parametrize("side", [stalls.Side.CONTROLLER, stalls.Side.MOTION])
+def test_behind_a_stall_the_tool_is_on_its_line_again(side: stalls.Side, jerk: float) -> None:
+    """Short ones, that the pass survives. The time in which limited jerk lets the axes come to rest counts, too."""
+    lathe = Lathe()
+    lathe.settings(s40=jerk)
+    lathe.fine("G18", "G0X12Z0", "M3S120")
+    lathe.record()
+    lathe.after(2)
+    said, stalled_at = lathe.after(2, "G33Z-12K1\n"), []
+    for _ in range(3):
+        lathe.stall(side, 0.0, 0.01)
+        stalled_at.append(lathe.time())
+        said += lathe.after(1)
+    assert "ALARM" not in said + lathe.after(4) and lathe.stands()[2] == -12 * STEPS_MM
+    t, _, off = course(lathe, 1.0)
+    for at in stalled_at:
+        assert np.abs(off[(t > at) & (t < at + 0.1)]).max() > 0.005, "it was off"
+        assert np.abs(off[(t > at + 0.3) & (t < at + 0.9)]).max() <= 0.002
     lathe.close()
 
 
