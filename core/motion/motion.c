@@ -138,9 +138,9 @@ static void plan_end(struct plan *plan, bool may_go_on) {
  * @return that part of it, 1: all */
 static float plan_line(struct plan *plan, const struct motion_line *line, float longest_mm) {
     float part = 1.0f;
-    plan->moves_total++;
     if (!leads_nowhere(plan, line))
         part = add_line(plan, line, longest_mm);
+    plan->moves_total += part == 1.0f;
     if ((line->flags & MOTION_FLAG_EXACT_STOP) != 0 && part == 1.0f)
         plan_end(plan, false);
     DEBUG(DEBUG_MOTION, "move: line, pieces waiting", line->line, path_count(&plan->path));

@@ -98,6 +98,7 @@ def test_the_longest_line_of_all() -> None:
     ends = [" ".join(f"{axis}{sign}{MOST_MM:.0f}" for axis in "XYZ") for sign in ("-", "")]
     run = performed(machine, f"G0 {ends[0]}\n{ends[1]}\n")
     assert run.position[:3] == [round(MOST_MM * 100)] * 3
+    assert run.counters.blocks == 2  # each of its parts is none
     assert_last_steps_are_lawful(run, machine)
     both_s = all_of_a_trapezoid_s(MOST_MM, machine) + all_of_a_trapezoid_s(2 * MOST_MM, machine)
     assert run.end_ticks / run.timer_hz == pytest.approx(both_s, abs=0.1)
