@@ -156,6 +156,7 @@ def test_the_beam_ends_with_the_link_and_the_dialog(socket_link: Callable[..., C
     console.page.keyboard.press("Escape")
     expect(console.by("fire-hold")).to_have_count(0)
     expect(facts(console)).to_contain_text("M5")
+    expect(facts(console)).to_contain_text("Spindle0 rpm")  # the report follows the modes
     console.page.keyboard.up(" ")
     console.by("fire").click()
     console.by("fire-hold").hover()
