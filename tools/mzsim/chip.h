@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * The inside of the virtual chip, for the files of this folder only.
  *
- *   cpu.c     instructions            *.def are its tables
+ *   cpu.c     instructions            loop.def is their loop, the other *.def are its tables
  *   rare.c  instructions that are rare or long
  *   exception.c  exceptions, interrupts, reset
  *   bus.c     addresses -> RAM, flash, registers
@@ -84,7 +84,7 @@ struct cpu {
 };
 
 /* An instruction, decoded. Kinds are the main opcodes, or one for each of SPECIAL and REGIMM, or these. */
-enum { OP_UNKNOWN = 0, OP_LEAVE = 255 };
+enum { OP_UNKNOWN = 0, OP_RESERVED = 254, OP_LEAVE = 255 };
 struct op {
     uint32_t word;
     uint8_t kind, rs, rt, rd;

@@ -4,7 +4,9 @@
  * Flash is decoded once: `ops` has for each of its words which case of the loop it is and which registers.
  * The loop keeps place and time in variables of its own, and a place is a distance in `ops`, so that an
  * addition costs no fetch. What is not an addition or a load from RAM sees them in struct cpu and struct
- * chip, and may change them there (SLOW). Code elsewhere is decoded each time and run alone. */
+ * chip, and may change them there (SLOW). Code elsewhere is decoded each time and run alone. The loop is
+ * loop.def: each instruction jumps to the next one's by itself, so that a processor which foresees jumps by
+ * where they are learns what usually follows what. */
 #include "instruction.h"
 
 #include <string.h>
@@ -22,17 +24,29 @@ struct code {
 enum { OP_SIZE = sizeof(struct op), PLACES = OP_SIZE / 4 };
 _Static_assert(OP_SIZE == 8, "a place is found by a shift");
 
+static const bool is_known[256] = {
+#define OP(code, ...) [code] = true,
+#include "main.def"
+#undef OP
+#define OP(code, ...) [OP_SPECIAL + code] = true,
+#include "special.def"
+#undef OP
+#define OP(code, ...) [OP_REGIMM + code] = true,
+#include "regimm.def"
+#undef OP
+};
+
 static void decode(struct op *op, uint32_t word) {
-    unsigned main = word >> 26;
+    unsigned kind = word >> 26;
+    if (kind == 0)
+        kind = OP_SPECIAL + (word & 63);
+    else if (kind == 1)
+        kind = OP_REGIMM + FIELD_RT;
     *op = (struct op){.word = word,
-                      .kind = (uint8_t)main,
+                      .kind = is_known[kind] ? (uint8_t)kind : OP_RESERVED,
                       .rs = (uint8_t)FIELD_RS,
                       .rt = (uint8_t)FIELD_RT,
                       .rd = (uint8_t)FIELD_RD};
-    if (main == 0)
-        op->kind = (uint8_t)(OP_SPECIAL + (word & 63));
-    if (main == 1)
-        op->kind = (uint8_t)(OP_REGIMM + FIELD_RT);
 }
 
 /* ---- arithmetic ---- */
@@ -171,71 +185,43 @@ INLINE bool condition(const struct cpu *cpu, unsigned number) {
         line = LINE_OF(here);                                                                                \
     } while (0)
 
+#define NEXT()                                                                                               \
+    do {                                                                                                     \
+        r[0] = 0;                                                                                            \
+        if (cycles >= limit)                                                                                 \
+            goto out;                                                                                        \
+        here = now;                                                                                          \
+        now = next;                                                                                          \
+        next += OP_SIZE;                                                                                     \
+        in_slot = slot;                                                                                      \
+        slot = false;                                                                                        \
+        if (timed)                                                                                           \
+            COUNT_TIME();                                                                                    \
+        else                                                                                                 \
+            cycles++;                                                                                        \
+        op = (struct op *)((uint8_t *)code->ops + here);                                                     \
+        word = op->word;                                                                                     \
+        goto *actions[op->kind];                                                                             \
+    } while (0)
+
+#pragma GCC diagnostic ignored "-Wpedantic" /* labels as values */
+
+/* GCC would put the jumps together again. */
+#ifdef __clang__
+#define JUMPS_APART
+#else
+#define JUMPS_APART __attribute__((optimize("no-gcse", "no-crossjumping")))
+#endif
+
 /* From cpu.pc, which lies in the code, until it is left, or until this cycle. */
-INLINE void run_in(struct chip *chip, const struct code *code, uint64_t most, const bool timed) {
-    struct cpu *cpu = &chip->cpu;
-    uint8_t *ram = (uint8_t *)chip->ram;
-    uint64_t cycles = chip->cycles, limit;
-    int64_t here = 0, now, next, line = -1;
-    uint32_t *r;
-    bool slot, in_slot = false;
-    TAKE();
-    while (cycles < limit) {
-        here = now;
-        now = next;
-        next += OP_SIZE;
-        in_slot = slot;
-        slot = false;
-        if (timed)
-            COUNT_TIME();
-        else
-            cycles++;
-    again:;
-        struct op *op = (struct op *)((uint8_t *)code->ops + here);
-        const uint32_t word = op->word;
-        switch (op->kind) {
-#define OP(code, ...)                                                                                        \
-    case code: {                                                                                             \
-        __VA_ARGS__;                                                                                         \
-    } break;
-#include "main.def"
-#undef OP
-#define OP(code, ...)                                                                                        \
-    case OP_SPECIAL + code: {                                                                                \
-        __VA_ARGS__;                                                                                         \
-    } break;
-#include "special.def"
-#undef OP
-#define OP(code, ...)                                                                                        \
-    case OP_REGIMM + code: {                                                                                 \
-        __VA_ARGS__;                                                                                         \
-    } break;
-#include "regimm.def"
-#undef OP
-        case OP_UNKNOWN:
-            decode(op, chip->flash[here / OP_SIZE]);
-            goto again;
-        case OP_LEAVE: /* the end of the flash */
-            next = now;
-            now = here;
-            slot = in_slot;
-            cycles -= timed ? chip->timing.cost.instruction : 1;
-            limit = cycles;
-            break;
-        default:
-            SLOW(cpu_reserved(chip, word));
-        }
-        r[0] = 0;
-    }
-    PUT_BACK();
+JUMPS_APART static void run_fast(struct chip *chip, const struct code *code, uint64_t most) {
+    enum { timed = false };
+#include "loop.def"
 }
 
-static void run_fast(struct chip *chip, const struct code *code, uint64_t most) {
-    run_in(chip, code, most, false);
-}
-
-static void run_timed(struct chip *chip, const struct code *code, uint64_t most) {
-    run_in(chip, code, most, true);
+JUMPS_APART static void run_timed(struct chip *chip, const struct code *code, uint64_t most) {
+    enum { timed = true };
+#include "loop.def"
 }
 
 static void run(struct chip *chip, const struct code *code, uint64_t most) {
