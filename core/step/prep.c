@@ -461,7 +461,10 @@ static void push_stretch(struct prep *prep) {
     events = events < to_change ? events : to_change;
     float v_before = speed_at(prep, distance_done(prep)), v_after;
     uint64_t time_q16 = stretch_time_q16(prep, events, &v_after);
-    if (events > 1 && prep_is_slow(time_q16, events)) {
+    const uint64_t least_q16 = least_interval_q16(prep, negative_before);
+    /* A direction is set up before the first event only. */
+    const bool turns = prep->negative != negative_before && time_q16 < least_q16 * events;
+    if (events > 1 && (turns || prep_is_slow(time_q16, events))) {
         events = 1;
         time_q16 = stretch_time_q16(prep, events, &v_after);
     }
@@ -470,8 +473,7 @@ static void push_stretch(struct prep *prep) {
         return;
     }
     struct span span = new_span(prep);
-    prep->clamped += prep_shape_span(&span, events, time_q16, v_before, v_after,
-                                     least_interval_q16(prep, negative_before));
+    prep->clamped += prep_shape_span(&span, events, time_q16, v_before, v_after, least_q16);
     memcpy(span.increment, prep->increment, sizeof span.increment);
     span.duty = span_duty(prep, time_q16);
     prep->carry.spent_q16 += (int64_t)span.interval_q16 * events +
