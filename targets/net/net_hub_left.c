@@ -33,7 +33,7 @@ static void note_lines(struct net_hub *hub, const struct net_client *client, uin
 void net_hub_leave_lines(struct net_hub *hub, struct net_client *client) {
     const uint32_t inside = net_hub_owners_inside(hub);
     const bool half = client->in.count > client->whole;
-    client->in_left = client->whole > 0 || inside > 0;
+    client->in_left |= client->whole > 0 || inside > 0;
     if (hub->left.count == 0 && hub->inside_left == 0)
         hub->lefts = 0;
     if (client->whole == 0 && client->in_long) {

@@ -251,6 +251,43 @@ static void who_has_control_again_has_the_answers_to_its_lines_only(void) {
     CHECK(heard(OWNER, "error:3\r\n"));
 }
 
+/* It comes into control again with nothing but half a line, so what waits of it is what it sent before. */
+static void owned_twice(void) {
+    begin_turns();
+    full = true;
+    send(OWNER, "G0X1\n");
+    send(OTHER, "$TAKE\n");
+    send(OWNER, "$TRUST=week\n");
+    wires[OTHER].closed = true;
+    round_trip();
+    send(OWNER, "G0");
+    CHECK(hub.owner == &hub.client[OWNER]);
+    wires[OWNER].out_count = 0;
+}
+
+static void a_lost_clients_turns_are_not_those_of_who_gets_its_place(void) {
+    owned_twice();
+    wires[OWNER].closed = true;
+    round_trip();
+    wires[OWNER] = (struct wire){.out_count = 0};
+    CHECK(come(OWNER, false) && hub.client[OWNER].stream.ops != NULL);
+    wires[OWNER].out_count = 0;
+    wires[OWNER].out[0] = '\0';
+    full = false;
+    round_trip();
+    answer_one("ok\r\n"); /* to G0X1 */
+    answer_one("ok\r\n"); /* to $TAKE */
+    CHECK(hub.left.count == 0 && strstr(wires[OWNER].out, "TRUST") == NULL);
+}
+
+static void who_has_lost_control_twice_has_its_answers_in_order(void) {
+    owned_twice();
+    send(CABLE, "$TAKE\n");
+    wires[OWNER].out_count = 0;
+    send(OWNER, "\n$TRUST=no 8\n");
+    CHECK(heard(OWNER, ""));
+}
+
 static void a_sender_whose_input_has_ended_has_its_answers_in_order(void) {
     begin_turns();
     wires[OWNER].ended = true;
@@ -325,6 +362,8 @@ int main(void) {
     a_reset_forgets_those_that_found_no_room();
     who_has_control_again_has_its_answers_in_order();
     who_has_control_again_has_the_answers_to_its_lines_only();
+    a_lost_clients_turns_are_not_those_of_who_gets_its_place();
+    who_has_lost_control_twice_has_its_answers_in_order();
     a_sender_whose_input_has_ended_has_its_answers_in_order();
     what_a_lost_sender_has_revoked_stays_revoked();
     a_revoked_client_does_not_trust_itself_again();
