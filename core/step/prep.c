@@ -424,7 +424,7 @@ static uint64_t stretch_time_q16(const struct prep *prep, uint32_t events, float
 }
 
 /* Earliest time of the next event after the one before: pulse times, and direction set-up where a line
- * changes. */
+ * changes, before the first event only. */
 static uint64_t least_interval_q16(const struct prep *prep, axis_mask_t negative_before) {
     uint32_t ticks = prep->timing.min_interval_ticks;
     if (prep->negative != negative_before)
@@ -462,7 +462,6 @@ static void push_stretch(struct prep *prep) {
     float v_before = speed_at(prep, distance_done(prep)), v_after;
     uint64_t time_q16 = stretch_time_q16(prep, events, &v_after);
     const uint64_t least_q16 = least_interval_q16(prep, negative_before);
-    /* A direction is set up before the first event only. */
     const bool turns = prep->negative != negative_before && time_q16 < least_q16 * events;
     if (events > 1 && (turns || prep_is_slow(time_q16, events))) {
         events = 1;
