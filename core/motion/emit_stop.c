@@ -10,6 +10,7 @@
 #define STOP_SAMPLE_S 0.03f /* they grow to this, or in a stop that takes long to a part of it: */
 #define STOP_LONGEST  48.0f
 #define STOP_DOUBLE   48u /* samples: after each so many they are twice as long */
+#define STOP_LIMIT_S  4.0f /* of a sample: its nanoseconds are a word */
 
 /* A stop that only a late task needs is made for each batch, so it has few segments. Where it takes long to
  * slow down they grow all the same, because the stop must fit into a batch. */
@@ -51,7 +52,21 @@ void emit_stop_lengths(struct emit *emit, const struct shaper *shaper, float v_m
     emit->stop_samples = 0;
     emit->stop_v_mm_s = v_mm_s;
     emit->stop_first_s = min_f(max_f(usual_s, stop_s / STOP_SAMPLES), most_s);
-    emit->stop_most_s = min_f(max_f(STOP_SAMPLE_S, stop_s / STOP_LONGEST), most_s);
+    emit->stop_most_s = min_f(min_f(max_f(STOP_SAMPLE_S, stop_s / STOP_LONGEST), most_s), STOP_LIMIT_S);
+}
+
+/* The least acceleration of the pieces that a stop from this speed comes to, and of that behind the blend. */
+static float stop_accel_mm_s2(const struct emit *emit, float v_mm_s) {
+    struct path *path = &emit->plan->path;
+    float accel_mm_s2 = path_piece(path, path->tail)->accel_mm_s2, way_mm = -emit->along_mm;
+    for (uint32_t i = path->tail; i != path->head; i++) {
+        const struct piece *piece = path_piece(path, i);
+        accel_mm_s2 = min_f(accel_mm_s2, piece->accel_mm_s2);
+        way_mm += piece->length_mm;
+        if (2.0f * path->near_part * accel_mm_s2 * (way_mm - piece->tangent_mm) > v_mm_s * v_mm_s)
+            break;
+    }
+    return path->near_part * accel_mm_s2;
 }
 
 /* On a blend the square root of y falls by that acceleration; where the blend turns far it is much more than
@@ -61,6 +76,6 @@ void emit_stop_begin(struct emit *emit) {
     float v_mm_s = max_f(emit->axes.v_mm_s, 1e-3f), falls_mm_s = max_f(v_mm_s, sqrtf(max_f(emit->y, 0.0f))),
           brakes_s = 0.0f;
     if (path_count(path) > 0)
-        brakes_s = falls_mm_s / (path->near_part * path_piece(&emit->plan->path, path->tail)->accel_mm_s2);
+        brakes_s = falls_mm_s / stop_accel_mm_s2(emit, falls_mm_s);
     emit_stop_lengths(emit, emit->axes.shaper, emit->axes.v_mm_s, brakes_s);
 }
