@@ -2,6 +2,7 @@
  * What settings mean for the rest of the machine. */
 #include "machine/configure.h"
 
+#include "base/minmax.h"
 #include "machine/drive.h"
 #include "machine/host_motion.h"
 #include "machine/motor_current.h"
@@ -96,6 +97,7 @@ static void apply_motion(struct machine *machine) {
             report_clamp(machine, ax, most_mm_min, by_pulse);
             mm_min = most_mm_min;
         }
+        mm_min = min_f(mm_min, 60.0f * MOTION_LONGEST_STOP_S * settings->acceleration_mm_s2[ax]);
         limits.steps_per_mm[ax] = settings->steps_per_mm[ax];
         limits.max_rate_mm_s[ax] = mm_min * (1.0f / 60.0f);
         limits.accel_mm_s2[ax] = settings->acceleration_mm_s2[ax];

@@ -10,7 +10,8 @@
 #define STOP_SAMPLE_S 0.03f /* they grow to this, or in a stop that takes long to a part of it: */
 #define STOP_LONGEST  48.0f
 #define STOP_DOUBLE   48u /* samples: after each so many they are twice as long */
-#define STOP_LIMIT_S  4.0f /* of a sample: its nanoseconds are a word */
+#define LEAST_MM_S    1e-6f
+#define STOP_LIMIT_S  1.5f /* of a sample: its nanoseconds and those of a shaper before it are a word */
 
 /* A stop that only a late task needs is made for each batch, so it has few segments. Where it takes long to
  * slow down they grow all the same, because the stop must fit into a batch. */
@@ -22,9 +23,10 @@ static float stop_least_s(const struct emit *emit) {
 }
 
 float emit_stop_longer_s(const struct emit *emit, float v_mm_s, float time_s) {
-    if (emit->stop != AHEAD_STOP || v_mm_s <= 0.0f)
+    if (emit->stop != AHEAD_STOP)
         return time_s;
-    float longer_s = stop_least_s(emit) * sqrtf(max_f(emit->stop_v_mm_s / v_mm_s, 1.0f));
+    float v_least_mm_s = max_f(v_mm_s, LEAST_MM_S); /* where the mean of a path that moves rests, too */
+    float longer_s = stop_least_s(emit) * sqrtf(max_f(emit->stop_v_mm_s / v_least_mm_s, 1.0f));
     return max_f(time_s, min_f(longer_s, emit->stop_most_s));
 }
 

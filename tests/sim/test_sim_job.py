@@ -62,6 +62,28 @@ def test_an_axis_that_turns_does_not_slow_the_others_down(library):
     assert all(a <= 1.1 * 3000 + g for a, g in zip(result.max_accel_mm_s2, result.accel_resolution_mm_s2, strict=True))
 
 
+FRACTIONS = "G91G1X.1F60\nX.1\nY.1\nX-.2Y.1Z.1\nG0X.1Y-.2\n"
+CORNER = "G91G64P.1\nG1X.05F1000000\nX.05\nY.05\nX-.1Y.05Z.05\nG0X.05Y-.1\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        (FRACTIONS, ("$120=0.002", "$121=0.002", "$122=0.002")),
+        (FRACTIONS, ("$121=0.002",)),
+        (FRACTIONS, ("$40=0.001",)),
+        ("G91G0X100\n", ("$100=10", "$120=0.01")),
+        ("G91G0X50\n", ("$120=0.001",)),
+        (CORNER, ("$121=0.001", "$40=10000000")),
+    ],
+)
+def test_the_slowest_motion_of_all_is_not_slowed_down_further(library, text, values):
+    """Its stops take minutes, and must fit into a batch of motion all the same."""
+    result = run(library, text, settings=(*SETTINGS, *values))
+    assert result.errors == () and result.plan_unmet == 0
+    assert not [warning for warning in result.warnings if "busy" in warning and not warning.endswith(": 1 time")]
+
+
 def test_figures_are_those_of_the_job_and_not_of_the_way_to_its_start(library):
     """Lines before the job may move the machine to where it begins."""
     before = (*SETTINGS, "G53G0X-40", "G4P0")
