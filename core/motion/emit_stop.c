@@ -9,8 +9,8 @@
 #define STOP_SAMPLES  96.0f /* ... or a stop has so many of them */
 #define STOP_SAMPLE_S 0.03f /* they grow to this, or in a stop that takes long to a part of it: */
 #define STOP_LONGEST  48.0f
-#define STOP_DOUBLE   48u /* samples: after each so many they are twice as long */
-#define LEAST_MM_S    1e-6f
+#define STOP_DOUBLE   48u  /* samples: after each so many they are twice as long */
+#define STOP_FITS_S   3.0f /* a stop of this time has few enough samples, whatever they are */
 #define STOP_LIMIT_S  1.5f /* of a sample: its nanoseconds and those of a shaper before it are a word */
 
 /* A stop that only a late task needs is made for each batch, so it has few segments. Where it takes long to
@@ -25,8 +25,9 @@ static float stop_least_s(const struct emit *emit) {
 float emit_stop_longer_s(const struct emit *emit, float v_mm_s, float time_s) {
     if (emit->stop != AHEAD_STOP)
         return time_s;
-    float v_least_mm_s = max_f(v_mm_s, LEAST_MM_S); /* where the mean of a path that moves rests, too */
-    float longer_s = stop_least_s(emit) * sqrtf(max_f(emit->stop_v_mm_s / v_least_mm_s, 1.0f));
+    /* The mean of a path that moves may rest. */
+    float slower = v_mm_s > 0.0f ? max_f(emit->stop_v_mm_s / v_mm_s, 1.0f) : 1.0f;
+    float longer_s = stop_least_s(emit) * sqrtf(slower);
     return max_f(time_s, min_f(longer_s, emit->stop_most_s));
 }
 
@@ -77,7 +78,10 @@ void emit_stop_begin(struct emit *emit) {
     const struct path *path = &emit->plan->path;
     float v_mm_s = max_f(emit->axes.v_mm_s, 1e-3f), falls_mm_s = max_f(v_mm_s, sqrtf(max_f(emit->y, 0.0f))),
           brakes_s = 0.0f;
-    if (path_count(path) > 0)
-        brakes_s = falls_mm_s / stop_accel_mm_s2(emit, falls_mm_s);
+    if (path_count(path) > 0) {
+        const float slow_s = falls_mm_s / stop_accel_mm_s2(emit, falls_mm_s);
+        brakes_s = falls_mm_s / (path->near_part * path_piece(&emit->plan->path, path->tail)->accel_mm_s2);
+        brakes_s = slow_s > STOP_FITS_S ? slow_s : brakes_s;
+    }
     emit_stop_lengths(emit, emit->axes.shaper, emit->axes.v_mm_s, brakes_s);
 }
