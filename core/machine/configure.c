@@ -2,6 +2,7 @@
  * What settings mean for the rest of the machine. */
 #include "machine/configure.h"
 
+#include "base/minmax.h"
 #include "machine/drive.h"
 #include "machine/host_motion.h"
 #include "machine/motor_current.h"
@@ -69,6 +70,14 @@ static void set_encoder(struct machine *machine) {
         spindle_reset(spindle, per_rev);
 }
 
+/* Axes of a diagonal step at common events (step/prep.c), so a segment, 2 ms or longer, may have one event
+ * more than any axis has steps over its time. Without room for it motion would be later and later, and its
+ * stop too late and too short. */
+static uint32_t steps_of_events_hz(uint32_t events_hz) {
+    const uint32_t spare_hz = 500;
+    return events_hz - (events_hz / 4 < spare_hz ? events_hz / 4 : spare_hz);
+}
+
 static void apply_motion(struct machine *machine) {
     const struct settings *settings = &machine->settings;
     const struct machine_board *board = &machine->board;
@@ -78,7 +87,7 @@ static void apply_motion(struct machine *machine) {
                                    .axis_count = board->axis_count};
     uint32_t pulse_ns = machine_step_pulse_ns(machine);
     uint32_t step_ns = 2 * pulse_ns + board->step_spread_ns; /* the pulse and a pause as long */
-    uint32_t pulse_rate_hz = 1000000000u / step_ns;
+    const uint32_t pulse_rate_hz = steps_of_events_hz(1000000000u / step_ns);
     const bool by_pulse = pulse_rate_hz < board->max_step_rate_hz;
     const float rate_hz = (float)(by_pulse ? pulse_rate_hz : board->max_step_rate_hz);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
@@ -88,6 +97,7 @@ static void apply_motion(struct machine *machine) {
             report_clamp(machine, ax, most_mm_min, by_pulse);
             mm_min = most_mm_min;
         }
+        mm_min = min_f(mm_min, 60.0f * MOTION_LONGEST_STOP_S * settings->acceleration_mm_s2[ax]);
         limits.steps_per_mm[ax] = settings->steps_per_mm[ax];
         limits.max_rate_mm_s[ax] = mm_min * (1.0f / 60.0f);
         limits.accel_mm_s2[ax] = settings->acceleration_mm_s2[ax];

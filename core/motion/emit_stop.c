@@ -9,7 +9,9 @@
 #define STOP_SAMPLES  96.0f /* ... or a stop has so many of them */
 #define STOP_SAMPLE_S 0.03f /* they grow to this, or in a stop that takes long to a part of it: */
 #define STOP_LONGEST  48.0f
-#define STOP_DOUBLE   48u /* samples: after each so many they are twice as long */
+#define STOP_DOUBLE   48u  /* samples: after each so many they are twice as long */
+#define STOP_FITS_S   3.0f /* a stop of this time has few enough samples, whatever they are */
+#define STOP_LIMIT_S  1.5f /* of a sample: its nanoseconds and those of a shaper before it are a word */
 
 /* A stop that only a late task needs is made for each batch, so it has few segments. Where it takes long to
  * slow down they grow all the same, because the stop must fit into a batch. */
@@ -21,9 +23,11 @@ static float stop_least_s(const struct emit *emit) {
 }
 
 float emit_stop_longer_s(const struct emit *emit, float v_mm_s, float time_s) {
-    if (emit->stop != AHEAD_STOP || v_mm_s <= 0.0f)
+    if (emit->stop != AHEAD_STOP)
         return time_s;
-    float longer_s = stop_least_s(emit) * sqrtf(max_f(emit->stop_v_mm_s / v_mm_s, 1.0f));
+    /* The mean of a path that moves may rest. */
+    float slower = v_mm_s > 0.0f ? max_f(emit->stop_v_mm_s / v_mm_s, 1.0f) : 1.0f;
+    float longer_s = stop_least_s(emit) * sqrtf(slower);
     return max_f(time_s, min_f(longer_s, emit->stop_most_s));
 }
 
@@ -51,7 +55,21 @@ void emit_stop_lengths(struct emit *emit, const struct shaper *shaper, float v_m
     emit->stop_samples = 0;
     emit->stop_v_mm_s = v_mm_s;
     emit->stop_first_s = min_f(max_f(usual_s, stop_s / STOP_SAMPLES), most_s);
-    emit->stop_most_s = min_f(max_f(STOP_SAMPLE_S, stop_s / STOP_LONGEST), most_s);
+    emit->stop_most_s = min_f(min_f(max_f(STOP_SAMPLE_S, stop_s / STOP_LONGEST), most_s), STOP_LIMIT_S);
+}
+
+/* The least acceleration of the pieces that a stop from this speed comes to, and of that behind the blend. */
+static float stop_accel_mm_s2(const struct emit *emit, float v_mm_s) {
+    struct path *path = &emit->plan->path;
+    float accel_mm_s2 = path_piece(path, path->tail)->accel_mm_s2, way_mm = -emit->along_mm;
+    for (uint32_t i = path->tail; i != path->head; i++) {
+        const struct piece *piece = path_piece(path, i);
+        accel_mm_s2 = min_f(accel_mm_s2, piece->accel_mm_s2);
+        way_mm += piece->length_mm;
+        if (2.0f * path->near_part * accel_mm_s2 * (way_mm - piece->tangent_mm) > v_mm_s * v_mm_s)
+            break;
+    }
+    return path->near_part * accel_mm_s2;
 }
 
 /* On a blend the square root of y falls by that acceleration; where the blend turns far it is much more than
@@ -60,7 +78,10 @@ void emit_stop_begin(struct emit *emit) {
     const struct path *path = &emit->plan->path;
     float v_mm_s = max_f(emit->axes.v_mm_s, 1e-3f), falls_mm_s = max_f(v_mm_s, sqrtf(max_f(emit->y, 0.0f))),
           brakes_s = 0.0f;
-    if (path_count(path) > 0)
+    if (path_count(path) > 0) {
+        const float slow_s = falls_mm_s / stop_accel_mm_s2(emit, falls_mm_s);
         brakes_s = falls_mm_s / (path->near_part * path_piece(&emit->plan->path, path->tail)->accel_mm_s2);
+        brakes_s = slow_s > STOP_FITS_S ? slow_s : brakes_s;
+    }
     emit_stop_lengths(emit, emit->axes.shaper, emit->axes.v_mm_s, brakes_s);
 }

@@ -109,6 +109,9 @@ static void fit_shapers(struct plan *plan) {
     float all_mm_s2 = limits->accel_mm_s2[AXIS_X], part = 1.0f, across_mm_s2;
     bool shaped = is_shaped(limits);
     float mean_s = fit_jerk(limits, shaped ? JERK_PART : SHAPE_PART, shaped, &across_mm_s2);
+    for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
+        limits->max_rate_mm_s[ax] =
+            min_f(limits->max_rate_mm_s[ax], MOTION_LONGEST_STOP_S * limits->accel_mm_s2[ax]);
     unshaped = *limits;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         unshaped.shaper[ax] = (struct shaper_mode){SHAPER_OFF, 0.0f, 0.0f};

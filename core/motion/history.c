@@ -94,7 +94,7 @@ void history_push(struct history *history, const int64_t in[SHAPER_LANES], uint3
         moves = moves || record.way[lane] != 0;
     }
     if (!moves) {
-        now->still_ns = now->still_ns < FOREVER_NS - ns ? now->still_ns + ns : FOREVER_NS;
+        now->still_ns = ns < FOREVER_NS - now->still_ns ? now->still_ns + ns : FOREVER_NS;
         return;
     }
     if (now->still_ns > 0) {

@@ -18,6 +18,10 @@ struct shaper_mode {
     float damping; /* damping ratio, 0 .. 0.5 */
 };
 
+/** An axis is no faster than it stops from in this time: the stop that a late task needs must fit into a
+ * batch (motion/emit_stop.h). With 20 mm/s2 or more no way is long enough to notice. */
+#define MOTION_LONGEST_STOP_S 100.0f
+
 /** Limits of the machine, in the planner's units. */
 struct motion_limits {
     float steps_per_mm[AXIS_COUNT];  /* > 0; steps per degree on rotary axes */

@@ -10,7 +10,7 @@
 
 /* A minor axis of a diagonal steps at the events of the dominant one, so it is late by up to half of their
  * interval: below this event rate they are doubled, up to 2^MAX_OVERSAMPLE times. So they are where intervals
- * come near the longest one of a span, because a slow step by itself needs two spans, one of them to wait. */
+ * come near the longest one of a span: a slow step by itself needs two spans. */
 #define SMOOTH_EVENT_HZ 32000u
 #define MAX_OVERSAMPLE  4u
 #define SLOW_TICKS      (SPAN_MAX_INTERVAL_TICKS / 8u)
@@ -163,10 +163,11 @@ static void set_axis(struct prep *prep, unsigned axis, uint32_t steps, int32_t p
 static unsigned oversample(const struct prep *prep, uint32_t travel, bool diagonal, uint32_t ticks) {
     unsigned shift = 0;
     uint32_t enough =
-        diagonal ? prep_scale(ticks, SMOOTH_EVENT_HZ, prep->timing.timer_hz) : ticks / SLOW_TICKS;
+                 diagonal ? prep_scale(ticks, SMOOTH_EVENT_HZ, prep->timing.timer_hz) : ticks / SLOW_TICKS,
+             needed = ticks / (SPAN_MAX_INTERVAL_TICKS / 2u);
     /* Twice the time that pulses need: the end of a ramp is twice as fast as its mean. */
     const uint64_t least = (uint64_t)prep->timing.min_interval_ticks * 2;
-    while (shift < MAX_OVERSAMPLE && travel << shift < enough << 8 &&
+    while (travel << shift < (shift < MAX_OVERSAMPLE ? enough : needed) << 8 &&
            travel << (shift + 1) <= MAX_EVENTS << 8 &&
            least * (travel << (shift + 1)) <= (uint64_t)ticks << 8)
         shift++;
@@ -371,7 +372,6 @@ static void append(struct prep *prep, const struct span *from) {
     prep->newest = span;
 }
 
-/* In counts of the PWM. */
 static uint16_t register_for(const struct prep *prep, uint32_t power) {
     return duty_to_register(&prep->timing.pwm, duty_for_power(&prep->timing.curve, power));
 }
@@ -424,7 +424,7 @@ static uint64_t stretch_time_q16(const struct prep *prep, uint32_t events, float
 }
 
 /* Earliest time of the next event after the one before: pulse times, and direction set-up where a line
- * changes. */
+ * changes, before the first event only. */
 static uint64_t least_interval_q16(const struct prep *prep, axis_mask_t negative_before) {
     uint32_t ticks = prep->timing.min_interval_ticks;
     if (prep->negative != negative_before)
@@ -461,7 +461,9 @@ static void push_stretch(struct prep *prep) {
     events = events < to_change ? events : to_change;
     float v_before = speed_at(prep, distance_done(prep)), v_after;
     uint64_t time_q16 = stretch_time_q16(prep, events, &v_after);
-    if (events > 1 && prep_is_slow(time_q16, events)) {
+    const uint64_t least_q16 = least_interval_q16(prep, negative_before);
+    const bool turns = prep->negative != negative_before && time_q16 < least_q16 * events;
+    if (events > 1 && (turns || prep_is_slow(time_q16, events))) {
         events = 1;
         time_q16 = stretch_time_q16(prep, events, &v_after);
     }
@@ -470,8 +472,7 @@ static void push_stretch(struct prep *prep) {
         return;
     }
     struct span span = new_span(prep);
-    prep->clamped += prep_shape_span(&span, events, time_q16, v_before, v_after,
-                                     least_interval_q16(prep, negative_before));
+    prep->clamped += prep_shape_span(&span, events, time_q16, v_before, v_after, least_q16);
     memcpy(span.increment, prep->increment, sizeof span.increment);
     span.duty = span_duty(prep, time_q16);
     prep->carry.spent_q16 += (int64_t)span.interval_q16 * events +

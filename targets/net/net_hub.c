@@ -34,7 +34,7 @@ void net_hub_set_owner(struct net_hub *hub, struct net_client *client) {
         net_hub_leave_lines(hub, before);
     hub->owner = client;
     hub->owner_peer = client != NULL ? client->stream.peer : hub->owner_peer;
-    hub->inside_left = hub->inside - hub->inside_hand;
+    net_hub_note_left(hub, 0, net_hub_owners_inside(hub)); /* where no one was the owner */
     for (struct net_client *other = hub->client; other < hub->client + NET_CLIENTS; other++)
         other->hears_left = other != client;
     if (client == NULL) {
@@ -338,14 +338,15 @@ void net_hub_lost(struct net_client *client) {
  * answer: a line goes in only if there is room for its answer and for those still to come. */
 uint32_t net_hub_lines_allowed(const struct net_hub *hub) {
     size_t taken = hub->owner == NULL ? 0 : hub->owner->out.count;
-    return taken >= hub->sizes.out ? 0 : (uint32_t)((hub->sizes.out - taken) / NET_ANSWER_MAX);
+    size_t room = taken >= hub->sizes.out ? 0 : (hub->sizes.out - taken) / NET_ANSWER_MAX;
+    return room < NET_LINES_INSIDE ? (uint32_t)room : NET_LINES_INSIDE;
 }
 
 size_t net_hub_feed_lines(struct net_hub *hub, struct net_queue *queue, size_t count, uint32_t allowed) {
     size_t fed = 0;
     while (fed < count && hub->inside < allowed) {
         const char *line = net_queue_head(queue);
-        if (net_line_is_marked(line))
+        if (net_line_is_marked(line) || net_line_says_whose(line))
             break;
         const char *line_end = memchr(line, '\n', count - fed);
         size_t size = line_end == NULL ? count - fed : (size_t)(line_end + 1 - line);
@@ -363,7 +364,7 @@ size_t net_hub_feed_lines(struct net_hub *hub, struct net_queue *queue, size_t c
 static bool feed_left(struct net_hub *hub) {
     uint32_t before = hub->inside;
     size_t fed = net_hub_feed_lines(hub, &hub->left, hub->left.count, net_hub_lines_allowed(hub));
-    hub->inside_left += hub->inside - before;
+    net_hub_note_left(hub, hub->left_of, hub->inside - before);
     return fed > 0;
 }
 
@@ -409,7 +410,7 @@ static void follow_reset(struct net_hub *hub) {
     bool any = hub->left.count > 0 || (owner != NULL && owner->in.count > 0);
     net_hub_forget_lines(hub, NULL);
     net_hub_end_reports(hub);
-    hub->inside = hub->inside_left = hub->lefts = 0; /* what was inside is not answered any more */
+    hub->inside = hub->inside_left = 0; /* what was inside is not answered any more */
     if (any)
         net_hub_tell(hub, "Queued lines discarded by the reset");
 }
@@ -423,7 +424,6 @@ static void say_line(struct net_hub *hub, const char *line, size_t size) {
     if (net_line_begins(line, size, "Grbl "))
         follow_reset(hub);
     hub->inside -= answer && hub->inside > 0;
-    hub->inside_left -= answer && of_left;
     bool report = net_line_begins(line, size, "<");
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
         if (client->stream.ops != NULL && (report ? net_hub_gets_report(hub, client) : !client->locked) &&
@@ -459,7 +459,7 @@ void net_hub_hear(struct net_hub *hub) {
 
 /* ---- writing ---- */
 
-static void write_out(struct net_client *client) {
+void net_hub_write(struct net_client *client) {
     while (client->out.count > 0 && !client->paused) {
         long took =
             client->stream.ops->write(&client->stream, net_queue_head(&client->out), client->out.count);
@@ -477,7 +477,7 @@ void net_hub_flush(struct net_hub *hub) {
             continue;
         look_after(client);
         if (!client->gone)
-            write_out(client);
+            net_hub_write(client);
         if (client->gone || (client->refused && client->out.count == 0) || has_heard_all(hub, client))
             net_hub_remove_client(hub, client);
     }

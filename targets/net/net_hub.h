@@ -144,14 +144,6 @@ struct net_client {
     uint8_t letters;     /* of these; UINT8_MAX: too many. Of a locked client: whether it has a question */
 };
 
-/** Lines of a former owner that are not answered yet. */
-struct net_hub_left {
-    const struct net_client *client; /* NULL: of one that is gone, or of several */
-    uint32_t lines;
-};
-
-enum { NET_HUB_LEFTS = 8 };
-
 struct net_hub {
     const struct net_hub_ops *ops;
     void *ctx;
@@ -170,9 +162,8 @@ struct net_hub {
     struct net_client *operators; /* the newest line of a parked hold's operator was this pendant's */
     uint64_t owner_peer;   /* address of the owner or of the last one, whom a place is kept for; 0: none */
     uint32_t now_us;       /* of the last net_hub_tick() */
-    struct net_queue left; /* whole lines of former owners that the controller has not got yet */
-    uint32_t lefts;        /* of these are in use, the oldest first */
-    struct net_hub_left left_of[NET_HUB_LEFTS];
+    struct net_queue left; /* whole lines of former owners that the controller has not got yet (net_line.h) */
+    uint8_t left_of;       /* its first lines are of the client of this place + 1; 0: of one that is gone */
     uint32_t questions;    /* ever asked by $LOGIN: each has its number */
     struct net_hub_knock { /* an address that is locked out, and tries to command */
         uint64_t peer;     /* 0: none */
@@ -186,7 +177,8 @@ struct net_hub {
     bool stops, resets;        /* this round has had a hold or a jog cancel; a reset */
     const struct net_client *stopped_by, *reset_by; /* ... the newest of whom: lines behind it are new */
     uint32_t inside;                                /* lines the controller has got and not answered */
-    uint32_t inside_left;                           /* the oldest of these are former owners' */
+    uint32_t inside_left;                           /* the oldest of these are former owners': */
+    uint8_t inside_of[NET_LINES_INSIDE];            /* of each of them as left_of, the oldest first */
     char line[NET_LINE_SIZE];                       /* of the controller's output, as far as it was read */
     size_t line_size;
 };

@@ -75,6 +75,9 @@ size_t net_hub_feed_lines(struct net_hub *hub, struct net_queue *queue, size_t c
 /** Lines that may be inside the controller, so that the owner's queue has room for their answers. */
 uint32_t net_hub_lines_allowed(const struct net_hub *hub);
 
+/** Write what waits for it, as much as its stream takes. */
+void net_hub_write(struct net_client *client);
+
 /** The owner's lines that the controller has not answered. */
 static inline uint32_t net_hub_owners_inside(const struct net_hub *hub) {
     return hub->inside - hub->inside_left - hub->inside_hand;
@@ -93,9 +96,17 @@ void net_hub_log_in_again(struct net_hub *hub, struct net_client *client);
 /** It is the owner no more. */
 void net_hub_leave_lines(struct net_hub *hub, struct net_client *client);
 
+/** So many more lines that the controller has got are a former owner's.
+ * @param of  as hub->left_of */
+void net_hub_note_left(struct net_hub *hub, uint8_t of, uint32_t lines);
+
+/** What says whose the next lines of former owners are is taken from their queue. @return true: there was
+ * some */
+bool net_hub_look_whose(struct net_hub *hub);
+
 /** Whether the next answer to a former owner's line is to a line of this client. */
 static inline bool net_hub_left_is_of(const struct net_hub *hub, const struct net_client *client) {
-    return hub->lefts > 0 && hub->left_of[0].client == client;
+    return hub->inside_left > 0 && hub->inside_of[0] == client - hub->client + 1;
 }
 
 /** A former owner's line was answered. */
@@ -221,6 +232,9 @@ bool net_hub_mark_line(const struct net_hub *hub, struct net_client *owner);
 
 /** Lines of an observer are answered immediately, behind those that it has sent as the owner. */
 void net_hub_answer_observer(struct net_hub *hub, struct net_client *client, const char *line, size_t size);
+
+/** A line that finds no room has no effect, and is refused in its turn. */
+void net_hub_lose_line(struct net_hub *hub, struct net_client *client);
 
 /** Lines that it has sent before it lost control wait, or answers to them are due. */
 static inline bool net_hub_waits_in_left(const struct net_hub *hub, const struct net_client *client) {

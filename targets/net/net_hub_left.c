@@ -1,31 +1,39 @@
 /* SPDX-License-Identifier: MIT
- * Lines of former owners: whose they are, so that who comes into control again has the answers to its own. */
+ * Lines of former owners: whose they are, so that who comes into control again has the answers to its own. In
+ * the queue `left` a line that is none says whose those behind it are; of what the controller has got,
+ * inside_of does. */
 #include "net_hub_inner.h"
 #include "net_line.h"
 
 #include <string.h>
 
-static uint32_t count_lines(const char *lines, size_t count) {
-    uint32_t found = 0;
-    for (size_t from = 0; from < count;) {
-        const char *end = memchr(lines + from, '\n', count - from);
-        found += !net_line_is_marked(lines + from);
-        from = end == NULL ? count : (size_t)(end + 1 - lines);
-    }
-    return found;
+_Static_assert(NET_LINES_OF + (int)NET_CLIENTS <= (int)NET_LINES_OF_NOBODY, "a byte for each place");
+_Static_assert((int)NET_LINE_MARK + NET_LINE_MARKS <= (int)NET_LINES_OF, "other marks are below");
+
+enum { WHOSE_SIZE = 2 }; /* of a line that says whose others are */
+
+static uint8_t place_of(const struct net_hub *hub, const struct net_client *client) {
+    return (uint8_t)(client - hub->client);
 }
 
-/* Where there is no place for more, whose these and those before them are is forgotten. */
-static void note_lines(struct net_hub *hub, const struct net_client *client, uint32_t lines) {
-    struct net_hub_left *last = &hub->left_of[hub->lefts > 0 ? hub->lefts - 1 : 0];
-    if (lines == 0)
-        return;
-    if (hub->lefts == NET_HUB_LEFTS) {
-        last->client = last->client == client ? client : NULL;
-        last->lines += lines;
-        return;
-    }
-    hub->left_of[hub->lefts++] = (struct net_hub_left){.client = client, .lines = lines};
+static bool add_left(struct net_hub *hub, const struct net_client *client) {
+    const char whose[WHOSE_SIZE] = {(char)(NET_LINES_OF + place_of(hub, client)), '\n'};
+    const size_t before = hub->left.count;
+    if (client->whole == 0)
+        return true;
+    if (before + client->whole <= hub->sizes.left && /* all of an owner's lines find room */
+        net_queue_add(&hub->left, whose, WHOSE_SIZE) &&
+        net_queue_add(&hub->left, net_queue_head(&client->in), client->whole))
+        return true;
+    net_queue_cut(&hub->left, before);
+    return false;
+}
+
+static void lose_lines(struct net_hub *hub, struct net_client *client) {
+    net_hub_tell(hub, "Queue full: lines of the previous owner discarded");
+    for (size_t n = 0; n < client->whole; n++)
+        if (net_queue_head(&client->in)[n] == '\n')
+            net_hub_lose_line(hub, client);
 }
 
 /* What the owner has sent stays in force: whole lines go to `left`. A half line is forgotten; if the
@@ -33,20 +41,15 @@ static void note_lines(struct net_hub *hub, const struct net_client *client, uin
 void net_hub_leave_lines(struct net_hub *hub, struct net_client *client) {
     const uint32_t inside = net_hub_owners_inside(hub);
     const bool half = client->in.count > client->whole;
-    client->in_left = client->whole > 0 || inside > 0;
-    if (hub->left.count == 0 && hub->inside_left == 0)
-        hub->lefts = 0;
+    client->in_left |= client->whole > 0 || inside > 0;
     if (client->whole == 0 && client->in_long) {
         net_queue_cut(&client->in, 0);
         if (net_queue_add(&client->in, "\n", 1))
             client->whole = 1;
     }
-    const uint32_t waits = count_lines(net_queue_head(&client->in), client->whole);
-    const bool fits = hub->left.count + client->whole <= hub->sizes.left &&
-                      net_queue_add(&hub->left, net_queue_head(&client->in), client->whole);
-    note_lines(hub, client, inside + (fits ? waits : 0));
-    if (!fits)
-        net_hub_tell(hub, "Queue full: lines of the previous owner discarded");
+    net_hub_note_left(hub, (uint8_t)(place_of(hub, client) + 1), inside);
+    if (!add_left(hub, client))
+        lose_lines(hub, client);
     else if (half)
         net_hub_tell_observers(hub, "Incomplete line discarded: the sender disconnected");
     client->skips |= half;
@@ -55,15 +58,42 @@ void net_hub_leave_lines(struct net_hub *hub, struct net_client *client) {
     net_queue_free(&client->in);
 }
 
+void net_hub_note_left(struct net_hub *hub, uint8_t of, uint32_t lines) {
+    for (; lines > 0; lines--, hub->inside_left++)
+        if (hub->inside_left < NET_LINES_INSIDE)
+            hub->inside_of[hub->inside_left] = of;
+}
+
+bool net_hub_look_whose(struct net_hub *hub) {
+    bool any = false;
+    while (hub->left.count > 0 && net_line_says_whose(net_queue_head(&hub->left))) {
+        const uint8_t whose = (uint8_t)*net_queue_head(&hub->left);
+        hub->left_of = whose == NET_LINES_OF_NOBODY ? 0 : (uint8_t)(whose - NET_LINES_OF + 1);
+        net_queue_drop(&hub->left, WHOSE_SIZE);
+        any = true;
+    }
+    return any;
+}
+
 void net_hub_count_left(struct net_hub *hub) {
-    if (hub->lefts == 0 || --hub->left_of[0].lines > 0)
+    if (hub->inside_left == 0)
         return;
-    hub->lefts--;
-    memmove(hub->left_of, hub->left_of + 1, hub->lefts * sizeof hub->left_of[0]);
+    hub->inside_left--;
+    memmove(hub->inside_of, hub->inside_of + 1, NET_LINES_INSIDE - 1);
 }
 
 void net_hub_disown_left(struct net_hub *hub, const struct net_client *client) {
-    for (unsigned n = 0; n < hub->lefts; n++)
-        if (hub->left_of[n].client == client)
-            hub->left_of[n].client = NULL;
+    const uint8_t place = place_of(hub, client);
+    char *lines = hub->left.count > 0 ? hub->left.bytes + hub->left.begin : NULL;
+    for (size_t from = 0; from < hub->left.count;) {
+        const char *end = memchr(lines + from, '\n', hub->left.count - from);
+        if ((uint8_t)lines[from] == NET_LINES_OF + place)
+            lines[from] = (char)NET_LINES_OF_NOBODY;
+        from = end == NULL ? hub->left.count : (size_t)(end + 1 - lines);
+    }
+    if (hub->left_of == place + 1)
+        hub->left_of = 0;
+    for (unsigned n = 0; n < NET_LINES_INSIDE; n++)
+        if (hub->inside_of[n] == place + 1)
+            hub->inside_of[n] = 0;
 }

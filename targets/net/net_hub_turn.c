@@ -8,7 +8,6 @@
 #include <string.h>
 
 _Static_assert((int)NET_CLIENTS <= (int)NET_LINE_MARKS, "a mark for each place");
-_Static_assert(NET_LINE_MARK + NET_LINE_MARKS <= 0xFE, "other marks are above");
 
 static bool is_its_line(const struct net_hub *hub, const char *line, size_t size) {
     return size > 0 && line[0] == '$' &&
@@ -74,7 +73,7 @@ static bool add_to_left(struct net_hub *hub, char mark, const char *line, size_t
     return false;
 }
 
-static void lose_line(struct net_hub *hub, struct net_client *client) {
+void net_hub_lose_line(struct net_hub *hub, struct net_client *client) {
     if (client->lost_lines < UINT16_MAX) {
         client->lost_lines++;
         hub->has_lost = true;
@@ -91,7 +90,7 @@ void net_hub_answer_observer(struct net_hub *hub, struct net_client *client, con
     if (client->lost_lines == 0 && !client->in_left)
         answer_now(hub, client, line, size);
     else if (client->lost_lines > 0 || !add_to_left(hub, mark_of(hub, client), line, size))
-        lose_line(hub, client);
+        net_hub_lose_line(hub, client);
 }
 
 /* ---- turns ---- */
@@ -120,14 +119,31 @@ static bool answer_owner(struct net_hub *hub, struct net_client *owner) {
     return any;
 }
 
+static bool has_room(const struct net_hub *hub, struct net_client *client) {
+    if (client->out.count >= hub->sizes.out / 4)
+        net_hub_write(client);
+    return client->out.count < hub->sizes.out / 4;
+}
+
+static void refuse_for_want_of_room(struct net_hub *hub, struct net_client *client) {
+    net_hub_refuse(hub, client, STATUS_OBSERVER, client->explained ? NULL : too_many);
+    client->explained = true;
+}
+
+/* Who does not read its answers keeps no one waiting: they are short then. */
 static bool answer_left(struct net_hub *hub) {
-    bool any = false;
+    bool any = net_hub_look_whose(hub);
     while (hub->left.count > 0 && hub->inside_left == 0 && net_line_is_marked(net_queue_head(&hub->left))) {
         const char *line = net_queue_head(&hub->left);
         const size_t size = first_line(line, hub->left.count);
-        answer_now(hub, marked_client(hub, line), line + 1, size - 2);
+        struct net_client *client = marked_client(hub, line);
+        if (has_room(hub, client))
+            answer_now(hub, client, line + 1, size - 2);
+        else
+            refuse_for_want_of_room(hub, client);
         net_queue_drop(&hub->left, size);
         any = true;
+        (void)net_hub_look_whose(hub);
     }
     return any;
 }
@@ -136,8 +152,7 @@ static bool answer_left(struct net_hub *hub) {
 static bool refuse_lost(struct net_hub *hub, struct net_client *client) {
     bool any = false;
     while (client->lost_lines > 0 && net_hub_is_open(client) && client->out.count < hub->sizes.out / 2) {
-        net_hub_refuse(hub, client, STATUS_OBSERVER, client->explained ? NULL : too_many);
-        client->explained = true;
+        refuse_for_want_of_room(hub, client);
         client->lost_lines--;
         any = true;
     }

@@ -35,6 +35,14 @@ static inline bool net_line_is_marked(const char *line) {
     return (uint8_t)*line >= NET_LINE_MARK && (uint8_t)*line < NET_LINE_MARK + NET_LINE_MARKS;
 }
 
+/** As the first byte of a line that is none: the lines behind it are of the client of place + NET_LINES_OF,
+ * up to the next such byte. The last one: of a client that is gone. */
+enum { NET_LINES_OF = 0xE0, NET_LINES_OF_NOBODY = 0xFE };
+
+static inline bool net_line_says_whose(const char *line) {
+    return (uint8_t)*line >= NET_LINES_OF && (uint8_t)*line <= NET_LINES_OF_NOBODY;
+}
+
 /** @return bytes before the first NET_LINE_SPOILED */
 size_t net_line_sound(const char *line, size_t size);
 

@@ -41,8 +41,11 @@ static long wire_read(const struct net_stream *stream, char *bytes, size_t size)
 
 static long wire_write(const struct net_stream *stream, const char *bytes, size_t count) {
     struct wire *wire = stream->ctx;
+    const size_t room = sizeof wire->out - 1 - wire->out_count;
     if (wire == stuck)
         return 0;
+    if (count > room)
+        count = room;
     memcpy(wire->out + wire->out_count, bytes, count);
     wire->out[wire->out_count += count] = '\0';
     return (long)count;

@@ -176,7 +176,7 @@ static void axes_of_all_speeds_and_directions_make_their_steps(void) {
         if (n % 40 != 39)
             continue;
         publish();
-        run(4000);
+        run(12000); /* a fast segment that turns takes two of the 448 spans */
     }
     run(~0ul);
     compare(end);

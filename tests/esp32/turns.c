@@ -187,6 +187,52 @@ static void who_was_in_control_has_its_answers_in_order_when_the_queue_is_full(v
     CHECK(heard(OWNER, "[TRUST:1,10.0.0.255,always]\r\nok\r\n"));
 }
 
+/* Each answer is long, so all of them would be more than may wait for a client. */
+static void fill_the_queue_with_long_answers(void) {
+    fill_the_queue_of_lines_left();
+    for (uint8_t n = 1; n < ACCESS_TRUSTED; n++)
+        CHECK(access_trust(&the_gate, lockout_ipv4((const uint8_t[4]){10, 0, 0, n}), ACCESS_ALWAYS));
+}
+
+/* @return lines of client 0 that have an answer: the list of all addresses, or a refusal */
+static unsigned count_answers(unsigned *listed_ones) {
+    unsigned refused = 0;
+    *listed_ones = 0;
+    for (const char *at = wires[OWNER].out; (at = strstr(at, "[TRUST:2,")) != NULL; at++)
+        ++*listed_ones;
+    for (const char *at = wires[OWNER].out; (at = strstr(at, "error:181\r\n")) != NULL; at++)
+        refused++;
+    return *listed_ones + refused;
+}
+
+static void who_reads_is_not_disconnected_by_its_answers(void) {
+    unsigned listed_ones, answered = 0;
+    fill_the_queue_with_long_answers();
+    strcpy(says, "ok\r\n");
+    for (unsigned n = 0; n < 100 && hub.client[OWNER].stream.ops != NULL; n++) {
+        wires[OWNER].out_count = 0;
+        wires[OWNER].out[0] = '\0';
+        round_trip();
+        answered += count_answers(&listed_ones);
+    }
+    CHECK(hub.client[OWNER].stream.ops != NULL && answered == SENT);
+}
+
+static void who_does_not_read_its_answers_keeps_no_one_waiting(void) {
+    unsigned listed_ones;
+    fill_the_queue_with_long_answers();
+    stuck = &wires[OWNER];
+    got_count = 0;
+    answer_one("ok\r\n"); /* to G0X1 */
+    send(OTHER, "G0X5\n");
+    answer_one("ok\r\n"); /* to $TAKE */
+    CHECK(strcmp(got, "G0X5\n") == 0 && hub.left.count == 0);
+    stuck = NULL;
+    for (unsigned n = 0; n < 5; n++)
+        round_trip();
+    CHECK(count_answers(&listed_ones) == SENT && listed_ones > 10);
+}
+
 static void its_lines_follow_those_that_found_no_room(void) {
     fill_the_queue_of_lines_left();
     send(OWNER, "$TAKE\nG0X5\n$TRUST\n");
@@ -194,7 +240,6 @@ static void its_lines_follow_those_that_found_no_room(void) {
     answer_one("ok\r\n"); /* to G0X1 */
     CHECK(got_count == 0);
     answer_one("ok\r\n"); /* to the other's $TAKE */
-    CHECK(hub.owner->lost_lines > 0 && got_count == 0);
     round_trip();
     CHECK(strcmp(got, "\nG0X5\n") == 0);
     CHECK(strcmp(wires[OWNER].out + wires[OWNER].out_count - 11, "error:181\r\n") == 0);
@@ -249,6 +294,121 @@ static void who_has_control_again_has_the_answers_to_its_lines_only(void) {
     CHECK(heard(OWNER, ""));
     answer_one("error:3\r\n");
     CHECK(heard(OWNER, "error:3\r\n"));
+}
+
+enum { CHANGES = 24 };
+
+/* Two clients take turns in being in control while the machine is held. */
+static void however_often_control_changes_all_have_the_answers_to_their_lines(void) {
+    char expected[2][64 * CHANGES] = {"", ""};
+    begin_turns();
+    full = true;
+    send(OWNER, "G0X1\n");
+    for (unsigned n = 1; n <= CHANGES; n++)
+        send(n % 2, "$TAKE\nG0X2\n");
+    CHECK(hub.owner == &hub.client[OWNER]);
+    full = false;
+    wires[OWNER].out_count = 0;
+    round_trip();
+    for (unsigned n = 0; n < 1 + 2 * CHANGES; n++) {
+        const unsigned of = (n + 1) / 2 % 2;
+        char answer[16];
+        got_count = 0;
+        snprintf(answer, sizeof answer, "error:%u\r\n", n + 1);
+        strcat(expected[of], answer);
+        answer_one(answer);
+    }
+    CHECK(heard(OWNER, expected[OWNER]));
+    CHECK(hub.inside == 0 && hub.left.count == 0);
+}
+
+/* Lines of a lost client have no client any more, also where another one has got its place. */
+static void who_gets_a_place_hears_no_answers_of_its_former_client(void) {
+    begin_turns();
+    full = true;
+    send(OWNER, "G0X1\n");
+    for (unsigned n = 1; n <= CHANGES; n++)
+        send(n % 2, "$TAKE\nG0X2\n");
+    send(CABLE, "$TAKE\nG0X3\n");
+    wires[OTHER].closed = true;
+    round_trip();
+    wires[OTHER] = (struct wire){.out_count = 0};
+    CHECK(come(OTHER, false) && hub.client[OTHER].stream.ops != NULL);
+    send(OTHER, "$TAKE\nG0X4\n");
+    round_trip();
+    full = false;
+    wires[OTHER].out_count = 0;
+    wires[OTHER].out[0] = '\0';
+    round_trip();
+    for (unsigned n = 0; n < 1 + 2 * CHANGES + 2; n++) {
+        got_count = 0;
+        answer_one("error:1\r\n");
+    }
+    CHECK(heard(OTHER, ""));
+    answer_one("ok\r\nok\r\n");
+    CHECK(heard(OTHER, "ok\r\nok\r\n") && hub.inside == 0);
+}
+
+/* They have no effect, and are refused in their turn. */
+static void lines_that_find_no_room_when_control_changes_are_refused(void) {
+    unsigned refused = 0;
+    begin_turns();
+    full = true;
+    for (unsigned n = 0; n < 128; n++)
+        send(OWNER, "G0X1Y2Z3A4B5C6F\n");
+    send(OTHER, "$TAKE\n$TRUST\nG0X100\n");
+    wires[OTHER].out_count = wires[CABLE].out_count = 0;
+    send(CABLE, "$TAKE\n");
+    CHECK(hub.left.count <= 2048 + 2 && strstr(wires[CABLE].out, "[MSG:Queue full") != NULL);
+    CHECK(strstr(wires[OTHER].out, "[MSG:Queue full") != NULL && strstr(wires[OTHER].out, "error") == NULL);
+    wires[OTHER].out_count = 0;
+    send(OTHER, "$TRUST=week\n"); /* comes behind them */
+    full = false;
+    for (unsigned n = 0; n < 128 + 1; n++) {
+        got_count = 0;
+        answer_one("ok\r\n");
+    }
+    for (const char *at = wires[OTHER].out; (at = strstr(at, "error:181\r\n")) != NULL; at++)
+        refused++;
+    CHECK(refused == 4 && strstr(wires[OTHER].out, "[MSG:Too many lines wait") != NULL);
+    CHECK(strstr(got, "G0X100") == NULL && hub.inside == 0);
+}
+
+/* It comes into control again with nothing but half a line, so what waits of it is what it sent before. */
+static void owned_twice(void) {
+    begin_turns();
+    full = true;
+    send(OWNER, "G0X1\n");
+    send(OTHER, "$TAKE\n");
+    send(OWNER, "$TRUST=week\n");
+    wires[OTHER].closed = true;
+    round_trip();
+    send(OWNER, "G0");
+    CHECK(hub.owner == &hub.client[OWNER]);
+    wires[OWNER].out_count = 0;
+}
+
+static void a_lost_clients_turns_are_not_those_of_who_gets_its_place(void) {
+    owned_twice();
+    wires[OWNER].closed = true;
+    round_trip();
+    wires[OWNER] = (struct wire){.out_count = 0};
+    CHECK(come(OWNER, false) && hub.client[OWNER].stream.ops != NULL);
+    wires[OWNER].out_count = 0;
+    wires[OWNER].out[0] = '\0';
+    full = false;
+    round_trip();
+    answer_one("ok\r\n"); /* to G0X1 */
+    answer_one("ok\r\n"); /* to $TAKE */
+    CHECK(hub.left.count == 0 && strstr(wires[OWNER].out, "TRUST") == NULL);
+}
+
+static void who_has_lost_control_twice_has_its_answers_in_order(void) {
+    owned_twice();
+    send(CABLE, "$TAKE\n");
+    wires[OWNER].out_count = 0;
+    send(OWNER, "\n$TRUST=no 8\n");
+    CHECK(heard(OWNER, ""));
 }
 
 static void a_sender_whose_input_has_ended_has_its_answers_in_order(void) {
@@ -321,10 +481,17 @@ int main(void) {
     a_jog_cancel_takes_none_of_them();
     a_former_owner_has_its_answers_in_order();
     who_was_in_control_has_its_answers_in_order_when_the_queue_is_full();
+    who_reads_is_not_disconnected_by_its_answers();
+    who_does_not_read_its_answers_keeps_no_one_waiting();
     its_lines_follow_those_that_found_no_room();
     a_reset_forgets_those_that_found_no_room();
     who_has_control_again_has_its_answers_in_order();
     who_has_control_again_has_the_answers_to_its_lines_only();
+    however_often_control_changes_all_have_the_answers_to_their_lines();
+    who_gets_a_place_hears_no_answers_of_its_former_client();
+    lines_that_find_no_room_when_control_changes_are_refused();
+    a_lost_clients_turns_are_not_those_of_who_gets_its_place();
+    who_has_lost_control_twice_has_its_answers_in_order();
     a_sender_whose_input_has_ended_has_its_answers_in_order();
     what_a_lost_sender_has_revoked_stays_revoked();
     a_revoked_client_does_not_trust_itself_again();

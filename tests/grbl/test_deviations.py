@@ -21,8 +21,8 @@ def test_a_boards_own_pulse(grbl: Grbl) -> None:
 
 
 def test_a_rate_above_the_boards(grbl: Grbl) -> None:
-    """500 000 steps/s at 250 steps/mm are 120 000 mm/min."""
-    assert grbl.send("$110=200000\n") == "[MSG:$110 is limited to 120000 mm/min by the board's step rate]\r\nok\r\n"
+    """Pulses of 1 us leave 500 000 events/s, of which diagonals may need 500: at 250 steps/mm 119 880 mm/min."""
+    assert grbl.send("$110=200000\n") == "[MSG:$110 is limited to 119880 mm/min by the step pulse: $0=1]\r\nok\r\n"
     assert "$110=200000.000\r\n" in grbl.send("$$\n")
 
 

@@ -199,7 +199,7 @@ def test_interrupted_at_any_moment(gantry: Controller, stop: str, moment_s: floa
 @pytest.mark.parametrize("pulse_us", [3, 255])
 def test_no_pulse_is_cut_short_when_a_motor_begins_to_wait(gantry: Controller, pulse_us: int) -> None:
     """The task may look before the last pulse has ended: the motor that waits must see its end."""
-    gantry.fine("$110=400", "$111=400", "$112=400")  # what is possible with the longest pulse
+    gantry.fine("$110=340", "$111=340", "$112=340")  # what is possible with the longest pulse
     gantry.fine(f"$0={pulse_us}")
     crooked(gantry, -300, 400)
     assert gantry.send("$HY", 120.0) == "ok\r\n"

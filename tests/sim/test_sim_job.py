@@ -41,6 +41,49 @@ def test_a_move_takes_its_time(library):
     assert (result.box_min_mm[0], result.box_max_mm[0]) == (0.0, 100.0)
 
 
+@pytest.mark.parametrize(("pulse_us", "x_mm", "z_mm"), [(30, 60, 60), (75, 161.422, 161.26), (150, 60, 60)])
+def test_a_diagonal_as_fast_as_the_pulse_allows_stops_in_time(library, pulse_us, x_mm, z_mm):
+    """Where X and Z take turns in having one step more than the other, there are more events than steps of either."""
+    rates = tuple(f"${110 + axis}=1000000" for axis in range(3))
+    text = f"G91G0X{x_mm}Z{z_mm}\nX-{x_mm / 2}Y{x_mm / 2}Z-{z_mm}\n"
+    result = run(library, text, settings=(*SETTINGS, f"$0={pulse_us}", *rates))
+    assert result.max_step_rate_hz <= 1e6 / (2 * pulse_us)
+    assert all(a <= 1.1 * 500 + g for a, g in zip(result.max_accel_mm_s2, result.accel_resolution_mm_s2, strict=True))
+
+
+def test_an_axis_that_turns_does_not_slow_the_others_down(library):
+    """Y begins to move the other way while X and Z go near the greatest rate: the direction is set up once, for 1.9 us,
+    and not before each step of the segment."""
+    timing = Timing(20_000_000, 1800, 1900, 250_000, 3)
+    fast = tuple(f"${first + axis}={value}" for first, value in ((110, 1e6), (120, 3000)) for axis in range(3))
+    text = "G91G0X1200Z1140\nX-600Y600Z-1140\n"
+    result = run(library, text, timing=timing, settings=(*SETTINGS, "$0=3", *fast))
+    assert result.final_position_steps == (150_000, 150_000, 0)
+    assert all(a <= 1.1 * 3000 + g for a, g in zip(result.max_accel_mm_s2, result.accel_resolution_mm_s2, strict=True))
+
+
+FRACTIONS = "G91G1X.1F60\nX.1\nY.1\nX-.2Y.1Z.1\nG0X.1Y-.2\n"
+CORNER = "G91G64P.1\nG1X.05F1000000\nX.05\nY.05\nX-.1Y.05Z.05\nG0X.05Y-.1\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        (FRACTIONS, ("$120=0.002", "$121=0.002", "$122=0.002")),
+        (FRACTIONS, ("$121=0.002",)),
+        (FRACTIONS, ("$40=0.001",)),
+        ("G91G0X100\n", ("$100=10", "$120=0.01")),
+        ("G91G0X50\n", ("$120=0.001",)),
+        (CORNER, ("$121=0.001", "$40=10000000")),
+    ],
+)
+def test_the_slowest_motion_of_all_is_not_slowed_down_further(library, text, values):
+    """Its stops take minutes, and must fit into a batch of motion all the same."""
+    result = run(library, text, settings=(*SETTINGS, *values))
+    assert result.errors == () and result.plan_unmet == 0
+    assert not [warning for warning in result.warnings if "busy" in warning and not warning.endswith(": 1 time")]
+
+
 def test_figures_are_those_of_the_job_and_not_of_the_way_to_its_start(library):
     """Lines before the job may move the machine to where it begins."""
     before = (*SETTINGS, "G53G0X-40", "G4P0")

@@ -16,6 +16,7 @@ from wificnc.checked.problem import Finding, key_text
 from wificnc.checked.shape import closest
 
 NS_PER_S = 1_000_000_000
+SPARE_EVENTS_HZ = 500  # a segment takes 2 ms or more
 HINT_PINS_MAX = 10
 NO_CHIP_PINS = ("3V3", "5V", "VIN", "GND", "EN", "RST")
 
@@ -453,13 +454,19 @@ def _timer(board: BoardFile, chip: Chip) -> Iterator[Finding]:
             yield Finding("timer-tick", ("timing", key), reason, f"next whole tick: {whole:g} ns")
 
 
+def steps_of_events_hz(events_hz: int) -> int:
+    """Each segment may have one event more than steps (core/machine/configure.c)."""
+    return events_hz - min(events_hz // 4, SPARE_EVENTS_HZ)
+
+
 def pulse_rate_hz(board: BoardFile, pulse_us: int = 0) -> int:
     """Steps a second with $0 at this. @param pulse_us  0: as the board starts"""
     timing = board.timing
     own_us = ceil(timing.step_pulse_ns / 1000)
     wanted_us = pulse_us or max(timing.default_pulse_us, own_us)
     pulse_ns = timing.step_pulse_ns if wanted_us == own_us else 1000 * wanted_us
-    return min(timing.max_step_rate_hz, NS_PER_S // (2 * on_grid_ns(board, pulse_ns) + step_spread_ns(board)))
+    events_hz = NS_PER_S // (2 * on_grid_ns(board, pulse_ns) + step_spread_ns(board))
+    return min(timing.max_step_rate_hz, steps_of_events_hz(events_hz))
 
 
 def _default_pulse(board: BoardFile, chip: Chip) -> Iterator[Finding]:

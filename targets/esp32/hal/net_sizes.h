@@ -13,6 +13,9 @@ enum { NET_PENDANT_PLACES = 1, NET_CLIENTS = 7 };
 enum { NET_PENDANT_PLACES = 0, NET_CLIENTS = 6 };
 #endif
 
+/** Lines of the hub that the controller has at the same time, at most. */
+enum { NET_LINES_INSIDE = 4 };
+
 /** Connections of browsers, and bytes of a request's head: Chromium's has some 500. */
 enum { NET_HTTP_PLACES = 4, NET_HTTP_HEAD = 1536 };
 
