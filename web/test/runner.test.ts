@@ -1,5 +1,5 @@
 /** A job against a controller that is a few lines of test: every answer by hand, no clock. */
-import { expect, it } from "vitest";
+import { expect, it, vi } from "vitest";
 import { readProgram } from "../src/job/program";
 import { JobRunner } from "../src/job/runner";
 import { Controller } from "../src/link/controller";
@@ -10,6 +10,8 @@ class Board implements Transport {
   readonly name = "a test";
   readonly isSerial = true;
   sent = "";
+  /** Reports that were asked for and not made yet. */
+  private asked = 0;
   private events: TransportEvents | null = null;
 
   async open(events: TransportEvents): Promise<void> {
@@ -17,7 +19,9 @@ class Board implements Transport {
     queueMicrotask(() => this.says("<Idle|MPos:0.000,0.000,0.000>"));
   }
   async write(bytes: Uint8Array): Promise<void> {
-    this.sent += new TextDecoder("latin1").decode(bytes).replaceAll("?", "");
+    const text = new TextDecoder("latin1").decode(bytes);
+    this.asked += text.split("?").length - 1;
+    this.sent += text.replaceAll("?", "");
   }
   async close(): Promise<void> {}
 
@@ -26,6 +30,16 @@ class Board implements Transport {
   }
   lose(): void {
     this.events!.lost("unplugged");
+  }
+  /** A question for a report is on its way, or there already. */
+  isAsked(): Promise<void> {
+    return vi.waitFor(() => expect(this.asked).toBeGreaterThan(0));
+  }
+  /** One report for each that is asked for, and one at least. */
+  async reports(text: string): Promise<void> {
+    await this.isAsked();
+    for (; this.asked > 0; this.asked--) this.says(text);
+    await turn();
   }
   /** What was sent since the last time. */
   heard(): string {
@@ -156,6 +170,53 @@ it("can be stopped while the last acknowledged lines are cut", async () => {
   expect(board.heard()).toBe("\x18");
   board.says("Grbl 1.1h ['$' for help]");
   expect([job.state.value, job.currentLine.value]).toEqual(["stopped", 1]);
+  await controller.disconnect();
+});
+
+it.each(["Idle", "Hold:0"])("does not reset a motion that a report from before the hold does not know (%s)", async (before) => {
+  const { board, controller, job } = await connected();
+  await board.reports(`<${before}|MPos:0.000,0.000,0.000>`);
+  job.load(readProgram("a.nc", "G1X1F1000\nG1X2\n"));
+  await board.isAsked(); // while nothing moves
+  job.start();
+  job.stop();
+  board.heard();
+  await board.reports(`<${before}|MPos:0.000,0.000,0.000>`);
+  expect(board.heard()).toBe("");
+  await board.reports("<Hold:1|MPos:0.100,0.000,0.000|Ln:1>");
+  expect(board.heard()).toBe("");
+  await board.reports("<Hold:0|MPos:0.200,0.000,0.000|Ln:1>");
+  expect(board.heard()).toBe("\x18");
+  await controller.disconnect();
+});
+
+it("stops a motion of its own as late as a job", async () => {
+  const { board, controller } = await connected();
+  await board.isAsked(); // while nothing moves
+  void controller.post("G1X5F100");
+  controller.stopMotion();
+  expect(board.heard()).toBe("G1X5F100\n\x85!");
+  await board.reports("<Idle|MPos:0.000,0.000,0.000>");
+  await board.reports("<Hold:1|MPos:0.100,0.000,0.000>");
+  expect(board.heard()).toBe("");
+  await board.reports("<Hold:0|MPos:0.200,0.000,0.000>");
+  expect(board.heard()).toBe("\x18");
+  await controller.disconnect();
+});
+
+it("resets behind no door whose motion still ends", async () => {
+  const { board, controller, job } = await connected();
+  job.load(readProgram("a.nc", "G1X1F1000\n"));
+  job.start();
+  await board.reports("<Run|MPos:0.100,0.000,0.000|Ln:1>");
+  job.stop();
+  board.heard();
+  for (const state of ["Run", "Door:2", "Door:3"]) {
+    await board.reports(`<${state}|MPos:0.100,0.000,0.000|Ln:1>`);
+    expect(board.heard()).toBe("");
+  }
+  await board.reports("<Door:1|MPos:0.200,0.000,0.000|Ln:1>");
+  expect(board.heard()).toBe("\x18");
   await controller.disconnect();
 });
 
