@@ -1,70 +1,16 @@
 /** A job against a controller that is a few lines of test: every answer by hand, no clock. */
-import { expect, it, vi } from "vitest";
+import { expect, it } from "vitest";
 import { readProgram } from "../src/job/program";
 import { JobRunner } from "../src/job/runner";
 import { Controller } from "../src/link/controller";
 import { LineError } from "../src/link/line";
-import type { Transport, TransportEvents } from "../src/link/transport";
+import { connect, turn, type Board } from "./board";
 
-class Board implements Transport {
-  readonly name = "a test";
-  readonly isSerial = true;
-  sent = "";
-  /** Reports that were asked for and not made yet. */
-  private asked = 0;
-  private events: TransportEvents | null = null;
-
-  async open(events: TransportEvents): Promise<void> {
-    this.events = events;
-    queueMicrotask(() => this.says("<Idle|MPos:0.000,0.000,0.000>"));
-  }
-  async write(bytes: Uint8Array): Promise<void> {
-    const text = new TextDecoder("latin1").decode(bytes);
-    this.asked += text.split("?").length - 1;
-    this.sent += text.replaceAll("?", "");
-  }
-  async close(): Promise<void> {}
-
-  says(...lines: string[]): void {
-    this.events!.bytes(new TextEncoder().encode(lines.map((line) => `${line}\r\n`).join("")));
-  }
-  lose(): void {
-    this.events!.lost("unplugged");
-  }
-  /** A question for a report is on its way, or there already. */
-  isAsked(): Promise<void> {
-    return vi.waitFor(() => expect(this.asked).toBeGreaterThan(0));
-  }
-  /** One report for each that is asked for, and one at least. */
-  async reports(text: string): Promise<void> {
-    await this.isAsked();
-    for (; this.asked > 0; this.asked--) this.says(text);
-    await turn();
-  }
-  /** What was sent since the last time. */
-  heard(): string {
-    const sent = this.sent;
-    this.sent = "";
-    return sent;
-  }
-}
-
-/** Connected, and past the questions of the beginning. */
 async function connected(): Promise<{ board: Board; controller: Controller; job: JobRunner }> {
-  const [board, controller] = [new Board(), new Controller()];
+  const controller = new Controller();
   const job = new JobRunner(controller);
-  const open = controller.connect(board);
-  for (const line of ["$I", "$$", "$#", "$G"]) {
-    await turn();
-    expect(board.heard()).toBe(`${line}\n`);
-    board.says(...(line === "$I" ? ["[OPT:V,15,41]"] : []), "ok");
-  }
-  await open;
-  return { board, controller, job };
+  return { ...(await connect(controller)), job };
 }
-
-/** Whatever waits for what was reported continues. */
-const turn = (): Promise<void> => new Promise((resolve) => setTimeout(resolve, 0));
 
 it("streams within the buffer, and is done when the machine rests after the last line", async () => {
   const { board, controller, job } = await connected();

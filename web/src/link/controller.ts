@@ -253,6 +253,11 @@ export class Controller {
     for (const question of questions) this.learn(question, await this.ask(question, true));
   }
 
+  /** refresh(), unless what is known of it is so already. */
+  async known(question: Question): Promise<void> {
+    if (this.unknown.has(question) || !this.queue.idle) await this.refresh(question);
+  }
+
   /** Ask for what only one card shows, and leave it out of the terminal. null: refused, or lines of others are under way. */
   async query(question: "$DRIVERS" | "$SPINDLES" | "$#"): Promise<readonly string[] | null> {
     const isOpen = this.operates.peek() && question === "$#";

@@ -342,6 +342,7 @@ function ResumeBar(): JSX.Element | null {
   };
   const make = (): Promise<void> =>
     attempt(async () => {
+      await controller.rest(); // facts are of where it is
       plan.value = (await preflight.plan(job.program.value!.lines, line, facts())) ?? plan.value;
     });
   return (
