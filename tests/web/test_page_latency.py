@@ -59,3 +59,17 @@ def test_half_of_an_axis_is_half_of_where_it_is(socket_link: Callable[..., Conso
     console.page.get_by_role("button", name="10", exact=True).first.click()
     console.page.evaluate(JOG_AND_PRESS, ["X+", "[aria-label='Halve X']"])
     console.stands_at(X=5)
+
+
+def test_two_presses_of_undo_are_two_steps_back(socket_link: Callable[..., Console]) -> None:
+    console = socket_link(speed=4.0)
+    far_away(console)
+    console.page.get_by_role("button", name="1", exact=True).first.click()
+    for _ in range(2):
+        console.is_in("Idle")
+        console.by("jog-X+").click()
+        console.stands_at(X=1)
+        console.page.get_by_role("button", name="Zero X").click()
+        console.stands_at(X=0)
+    console.by("undo-zero").dblclick()
+    console.stands_at(X=2)
