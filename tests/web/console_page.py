@@ -101,7 +101,9 @@ def socket_link(
     with ExitStack() as stack:
 
         def start(**options: object) -> Console:
-            return _connected(stack.enter_context(_by_socket(built_page, watched, bridge, tmp_path, **options)), options)
+            return _connected(
+                stack.enter_context(_by_socket(built_page, watched, bridge, tmp_path, **options)), options
+            )
 
         yield start
 
