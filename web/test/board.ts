@@ -3,6 +3,9 @@ import { expect, vi } from "vitest";
 import { Controller } from "../src/link/controller";
 import type { Transport, TransportEvents } from "../src/link/transport";
 
+/** Nothing takes this long, at any load. */
+export const HANG = { timeout: 120_000 };
+
 export class Board implements Transport {
   readonly name = "a test";
   readonly isSerial = true;
@@ -30,12 +33,13 @@ export class Board implements Transport {
   }
   /** A question for a report is on its way, or there already. */
   isAsked(): Promise<void> {
-    return vi.waitFor(() => expect(this.asked).toBeGreaterThan(0));
+    return vi.waitFor(() => expect(this.asked).toBeGreaterThan(0), HANG);
   }
-  /** One report for each that is asked for, and one at least. */
+  /** The answer to the oldest question that has none. */
   async reports(text: string): Promise<void> {
     await this.isAsked();
-    for (; this.asked > 0; this.asked--) this.says(text);
+    this.asked--;
+    this.says(text);
     await turn();
   }
   /** What was sent since the last time. */

@@ -1,7 +1,7 @@
 /** The spindle's warm-up against a controller whose reports are late. */
 import { expect, it, vi } from "vitest";
 import { WarmUp } from "../src/link/warmup";
-import { connect, turn } from "./board";
+import { connect, HANG, turn } from "./board";
 
 it("stops the spindle behind a stage that is shorter than the time to the next report", async () => {
   const { board, controller } = await connect();
@@ -10,7 +10,7 @@ it("stops the spindle behind a stage that is shorter than the time to the next r
   await board.reports("<Run|MPos:0.000,0.000,0.000>"); // it runs up
   expect(board.heard()).toBe("M3S600\n");
   board.says("ok");
-  await vi.waitFor(() => expect(board.heard()).toContain("M5\n"));
+  await vi.waitFor(() => expect(board.heard()).toContain("M5\n"), HANG);
   await controller.disconnect();
 });
 
