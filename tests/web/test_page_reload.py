@@ -119,6 +119,7 @@ def test_a_browser_that_keeps_nothing_says_so(socket_link: Callable[..., Console
     console.page.add_init_script("indexedDB.open = () => { throw new Error('storage is off') }")
     console.page.reload()
     console.is_in("Idle")
+    console.knows("G54")  # else the check begins again behind it, and Start asks
     load(console, square(2))
     expect(console.page.get_by_text("This browser does not keep the job (storage is off)")).to_be_visible()
     console.by("job-start").click()
