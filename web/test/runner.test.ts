@@ -206,6 +206,20 @@ it("knows what was homed, until something may have moved it", async () => {
   await controller.disconnect();
 });
 
+it("knows what was homed before it had asked for the cycles", async () => {
+  const { board, controller } = await connected();
+  const written = controller.send("$45=3");
+  const homed = controller.send("$H");
+  board.says("ok");
+  await written;
+  board.says("ok");
+  await turn();
+  board.says("$44=4", "$45=3", "$46=0", "ok");
+  await homed;
+  expect(controller.homed.value).toBe("XYZ");
+  await controller.disconnect();
+});
+
 it("sends no line of the job into a parked hold, and the operator's lines get their own answers", async () => {
   const { board, controller, job } = await connected();
   job.load(readProgram("a.nc", "G1X1F1000\nM0\nG1X2\nG1X3\nG1X4\nG1X5\nG1X6\n"));

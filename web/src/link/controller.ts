@@ -215,7 +215,9 @@ export class Controller {
     const answer = await this.ask(text, false);
     this.learn(text, answer);
     if (homes) this.homing.value = false;
-    if (homes && answer.kind === "ok") this.homed.value += this.homesAxes(text);
+    if (!homes || answer.kind !== "ok") return answer;
+    if (text === "$H" && this.unknown.has("$$")) await this.refresh("$$"); // which has the cycles
+    this.homed.value += this.homesAxes(text);
     return answer;
   }
 
