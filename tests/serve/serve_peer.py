@@ -136,6 +136,9 @@ class Peer:
         return [said for said in self.until(r"^(ok|error:\d+)$") if not said.startswith("<")]
 
     def status(self) -> str:
+        """Of now, also where reports that others have asked for wait here."""
+        self.hear()
+        self._lines = deque(line for line in self._lines if not line.startswith("<"))
         self.send("?")
         return self.until("^<")[-1]
 
@@ -196,6 +199,16 @@ def pour(peer: Peer, lines: Iterable[str]) -> list[str]:
 def connect(server: Server) -> Peer:
     assert server.tcp
     return Peer.tcp(server.tcp)
+
+
+SLOW = 0.05  # of real time: what must happen within a second of motion has 20 s, however busy the computer is
+
+
+def clock(server: Server, speed: float) -> None:
+    """The machine's time from now on, as a part of real time."""
+    with Peer.tcp(server.control or "", line_end=b"\n") as hands:
+        hands.send(f"speed {speed:g}\n")
+        assert hands.line() == "ok"
 
 
 def serial(server: Server) -> Peer:

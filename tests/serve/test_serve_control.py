@@ -167,7 +167,7 @@ def test_a_controller_without_a_clock_has_no_speed(server: Server) -> None:
 
 def test_the_status_light_follows_the_client_and_the_machine(serve: Serve) -> None:
     """The rows of targets/net/net_light.def that a computer can have."""
-    server = serve(control=0)
+    server = serve(speed=1.0, control=0)
     assert server.control and server.tcp
     with Peer.tcp(server.control, line_end=b"\n") as hands:
         assert say(hands, "light") == "light JOINED"

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pytest
 from patience import HANG_S, wait_until
-from serve_peer import Peer, Serve, connect, serial
+from serve_peer import SLOW, Peer, Serve, clock, connect, serial
 from wificnc.serve.server import Server
 
 LOST = "[MSG:Sender lost: feed hold]"
@@ -75,7 +75,7 @@ def test_a_jog_ends(serve: Serve, open_: Open, end: End) -> None:
 
 @pytest.mark.parametrize(("open_", "end"), CASES)
 def test_a_program_is_held_and_the_next_client_is_told(serve: Serve, open_: Open, end: End) -> None:
-    server = serve(speed=SPEED, pty=True)
+    server = serve(speed=SLOW, pty=True, control=0)
     owner = open_(server)
     owner.send(CUT)
     owner.until("^ok$")
@@ -83,6 +83,8 @@ def test_a_program_is_held_and_the_next_client_is_told(serve: Serve, open_: Open
     moving(owner)
     end(owner)
     with connect(server) as late:
+        late.until("Sender lost")
+        clock(server, SPEED)
         held = x_of(wait_for(late, "Hold:0"))
         assert -300 < held < 0
     with connect(server) as later:
@@ -95,46 +97,53 @@ def test_a_program_is_held_and_the_next_client_is_told(serve: Serve, open_: Open
 
 def test_a_watcher_hears_it_and_takes_over(serve: Serve) -> None:
     """A second client is no sender: with the owner gone the program is held, and whoever speaks first commands."""
-    server = serve(speed=SPEED)
+    server = serve(speed=SLOW, control=0)
     with connect(server) as watcher:
         with connect(server) as owner:
             owner.send(CUT)
             moving(owner)
         assert LOST in watcher.until("Sender lost")
+        assert -300 < x_of(watcher.status()) < 0
+        clock(server, SPEED)
         wait_for(watcher, "Hold:0")
         watcher.send("~")
         assert x_of(wait_for(watcher, "Idle")) == -300.0
 
 
 def test_a_watcher_that_leaves_stops_nothing(serve: Serve) -> None:
-    server = serve(speed=SPEED)
+    server = serve(speed=SLOW, control=0)
     with connect(server) as owner:
         with connect(server) as watcher:
             owner.send(CUT)
             moving(owner)
             watcher.status()
+        clock(server, SPEED)
         wait_for(owner, "Idle")
         assert owner.idle_position_mm()[0] == -300.0
 
 
 def test_a_former_owner_that_leaves_stops_nothing(serve: Serve) -> None:
     """Who took over answers for what runs."""
-    server = serve(speed=SPEED)
+    server = serve(speed=SLOW, control=0)
     with connect(server) as new:
         with connect(server) as old:
             old.send(CUT)
             moving(old)
-            assert new.ask("$TAKE")[-1] == "ok"
+            new.send("$TAKE\n")
+            assert new.name in old.until("Observer")[-1]
+        clock(server, SPEED)
         assert x_of(wait_for(new, "Idle")) == -300.0
 
 
 def test_a_jog_ends_when_another_client_takes_control(serve: Serve) -> None:
     """As a jog of WMC3: who has the key down can no longer repeat it, and the new owner did not start it."""
-    server = serve(speed=SPEED)
+    server = serve(speed=SLOW, control=0)
     with connect(server) as old, connect(server) as new:
         old.send("$J=G91X-300F3000\n$J=G91X-300F3000\n")
         wait_for(old, "Jog")
-        assert new.ask("$TAKE")[-1] == "ok"
+        new.send("$TAKE\n")
+        assert new.name in old.until("Observer")[-1]
+        clock(server, SPEED)
         assert x_of(wait_for(new, "Idle")) > -300.0
         assert new.ask("G91G1X-1F3000")[-1] == "ok", "nothing is held"
 

@@ -13,7 +13,7 @@ import tty
 from pathlib import Path
 
 import pytest
-from serve_peer import Peer, Serve
+from serve_peer import SLOW, Peer, Serve, clock
 from wificnc.serve.options import Door
 from wificnc.serve.server import Server
 
@@ -105,7 +105,7 @@ def test_a_held_key_jogs_until_it_is_released(serve: Serve) -> None:
 
 
 def test_while_a_job_runs_the_pendant_holds_resumes_and_overrides_and_moves_nothing(serve: Serve) -> None:
-    server = serve(speed=1.0, pendant=TCP, settings=HOMES)
+    server = serve(speed=SLOW, pendant=TCP, settings=HOMES, control=0)
     with Peer.tcp(server.tcp or "") as sender, pendant_of(server) as peer:
         assert sender.ask("G1 X20 F1200")[-1] == "ok"
         dial = FluidDial(peer)
@@ -121,6 +121,7 @@ def test_while_a_job_runs_the_pendant_holds_resumes_and_overrides_and_moves_noth
         assert dial.line("G0 X-5")[-1] == BUSY
         dial.key(RESUME)
         dial.until_state("Run")
+        clock(server, 4.0)
         dial.until_state("Idle")
         assert place_mm(sender)[0] == 20.0
 
@@ -219,11 +220,12 @@ def test_an_mpg_takes_control_and_returns_it(serve: Serve) -> None:
 
 
 def test_an_mpg_gets_no_control_of_a_running_job(serve: Serve) -> None:
-    server = serve(speed=1.0, pendant=TCP, pendant_kind="mpg", settings=HOMES)
+    server = serve(speed=SLOW, pendant=TCP, pendant_kind="mpg", settings=HOMES, control=0)
     with Peer.tcp(server.tcp or "") as sender, pendant_of(server) as peer:
         assert sender.ask("G1 X10 F1200")[-1] == "ok"
         peer.send(bytes([MPG]))
         peer.until("machine at rest")
+        clock(server, 4.0)
         assert place_mm(sender)[0] == 10.0
         assert sender.ask("G0 X0")[-1] == "ok"
 

@@ -10,7 +10,7 @@ import socket
 import pytest
 from click.testing import CliRunner
 from patience import wait_until
-from serve_peer import Peer, Serve
+from serve_peer import SLOW, Peer, Serve, clock
 from wificnc.app import root
 from wificnc.errors import RefusedError
 from wificnc.serve.options import Door
@@ -142,13 +142,14 @@ def test_check_mode_of_a_pendant_locks_no_one_out(serve: Serve) -> None:
 
 
 def test_a_sender_lost_in_a_pendants_jog_is_held_after_it(serve: Serve) -> None:
-    server = serve(speed=1.0, pendant=TCP, settings=NO_SOFT_LIMITS)
+    server = serve(speed=SLOW, pendant=TCP, settings=NO_SOFT_LIMITS, control=0)
     with pendant_of(server) as peer:
         with sender_of(server) as sender:
             sender.ask("")
             assert peer.ask("$J=G91 X3 F1200")[-1] == "ok"
             sender.send("G0 X50\n")
             assert sender.status()
+        clock(server, 1.0)
         peer.until("Sender lost: feed hold")
         assert state_of(peer) == "Hold"
         assert "MPos:3.000," in peer.status()

@@ -56,6 +56,16 @@ class Console:
         for axis, value in axes.items():
             expect(self.by(f"work-{axis}")).to_have_text(f"{value:.3f}")
 
+    def knows(self, *modes: str) -> None:
+        """The page has asked for the modes since they are these. Of the tab Control."""
+        for word in modes:
+            expect(self.page.locator(".facts").first).to_contain_text(word)
+
+    def rests(self) -> None:
+        """In a hold, and at rest there: a reset keeps the position."""
+        self.is_in("Hold")
+        expect(self.by("state")).to_have_attribute("data-substate", "0")  # 1: it is still slowing down
+
     def hands(self, line: str) -> str:
         """A line at the control door."""
         return hands_say(self.server, line)
@@ -78,9 +88,7 @@ def link(
         make = _by_socket if request.param == "socket" else _by_serial
 
         def start(**options: object) -> Console:
-            console = stack.enter_context(make(built_page, watched, bridge, tmp_path, **options))
-            console.is_in("Alarm" if "$22=1" in options.get("settings", ()) else "Idle")  # type: ignore[operator]
-            return console
+            return _connected(stack.enter_context(make(built_page, watched, bridge, tmp_path, **options)), options)
 
         yield start
 
@@ -93,11 +101,17 @@ def socket_link(
     with ExitStack() as stack:
 
         def start(**options: object) -> Console:
-            console = stack.enter_context(_by_socket(built_page, watched, bridge, tmp_path, **options))
-            console.is_in("Alarm" if "$22=1" in options.get("settings", ()) else "Idle")  # type: ignore[operator]
-            return console
+            return _connected(
+                stack.enter_context(_by_socket(built_page, watched, bridge, tmp_path, **options)), options
+            )
 
         yield start
+
+
+def _connected(console: Console, options: dict[str, object]) -> Console:
+    console.is_in("Alarm" if "$22=1" in options.get("settings", ()) else "Idle")  # type: ignore[operator]
+    console.knows("G54")  # the last question of all: a job that is loaded now is checked once
+    return console
 
 
 @contextmanager

@@ -84,13 +84,14 @@ def test_questions_in_the_terminal_show_their_answers(socket_link: Callable[...,
     expect(console.by("terminal")).to_contain_text("$110=6000.000")
     typed(console, "?")
     expect(console.by("terminal")).to_contain_text("<Idle|MPos:")
-    typed(console, "G0X0")
-    expect(console.by("terminal")).to_contain_text("ok")
-    expect(console.by("terminal")).not_to_contain_text("[GC:")  # the page's own questions are not in it
+    typed(console, "G0X0F77")
     console.tab("control")
+    console.knows("F77")
     console.tab("terminal")
+    expect(console.by("terminal").get_by_text("ok", exact=True)).to_have_count(2)
+    expect(console.by("terminal")).not_to_contain_text("[GC:")  # the page's own questions are not in it
     console.by("terminal-line").press("ArrowUp")
-    expect(console.by("terminal-line")).to_have_value("G0X0")
+    expect(console.by("terminal-line")).to_have_value("G0X0F77")
 
 
 def test_settings_of_a_machine_that_was_met_in_a_job(
@@ -167,8 +168,10 @@ def test_a_controller_that_someone_else_has_reset_says_so(
     second = context.page(served.url)
     expect(second.get_by_text("View only")).to_be_visible()
     first.locator("[data-test=hold]").click()
+    expect(first.locator("[data-test=state]")).to_have_text("Hold")
     first.locator("[data-test=reset]").click()
     expect(second.get_by_text("The controller has started again")).to_be_visible()
+    expect(first.locator("[data-test=state]")).to_have_text("Idle")  # it has heard of it, too
     expect(first.get_by_text("The controller has started again")).to_have_count(0)
     second.get_by_role("button", name="Close").click()
     expect(second.get_by_text("The controller has started again")).to_have_count(0)

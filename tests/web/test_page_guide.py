@@ -43,7 +43,7 @@ def try_switch(console: Console) -> None:
     assert console.hands("travel x 0.5 1000") == "ok"
     expect(switch).to_contain_text("pressed")
     assert console.hands("travel x -1 1000") == "ok"
-    expect(switch).to_contain_text("✓ works")
+    expect(switch).to_contain_text("open✓ works")
     expect(console.by("guide-switch-Y")).to_contain_text("press and release it")
     console.by("guide-next").click()
 
@@ -82,6 +82,7 @@ def test_a_machine_is_set_up_step_by_step(socket_link: Callable[..., Console]) -
     expect(written.locator("li").last).to_have_text("$22 homing : 0 → 1")
     expect(console.by("guide-home")).to_be_enabled()
     console.by("guide-homing").click()
+    expect(written.locator("li").last).to_have_text("$22 homing : 1 → 0")
     console.by("guide-next").click()
 
     console.by("guide-jog-Y+").click()

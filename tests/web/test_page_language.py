@@ -79,6 +79,7 @@ def test_another_language_is_chosen_in_the_page(serve_page: Serve, watched: Call
     state, settings = page.locator("[data-test=state]"), page.locator("#tab-settings")
     expect(state).to_have_text("Idle")
     expect(settings).to_have_text("Settings")
+    expect(page.locator(".facts").first).to_contain_text("G54")  # the page has asked all that it asks by itself
     log = page.locator("[data-test=terminal] *")
     page.click("#tab-terminal")
     sent = log.count()

@@ -52,6 +52,7 @@ def phone(serve_page: Serve, watched: Callable[..., Watched]) -> Iterator[Page]:
     _, served = serve_page()
     page = watched(reduced_motion="reduce", locale="de-DE", **LOOKS["phone"]).page(served.url)
     expect(page.locator("[data-test='jog-X+']")).to_be_enabled()
+    expect(page.locator(".facts").first).to_contain_text("G54")  # the last question: a job is checked, and drawn, once
     yield page
 
 

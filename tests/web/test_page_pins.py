@@ -27,7 +27,6 @@ def contact(built_page: Path) -> Iterator[Contact]:
 @pytest.fixture
 def page(contact: Contact, watched: Callable[..., Watched]) -> Iterator[Page]:
     with watched() as browser:
-        browser.context.set_default_timeout(30_000)
         opened = browser.page(f"http://127.0.0.1:{contact.page}/#pins")
         opened.locator("[data-test=pins-read]").click()
         expect(opened.get_by_text("What WiFiCNC-1A2B has stored.")).to_be_visible()

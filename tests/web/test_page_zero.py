@@ -35,6 +35,7 @@ def test_positions_are_typed_halved_zeroed_and_undone(socket_link: Callable[...,
     for x in (20.25, 40.5, 0):
         console.by("undo-zero").click()
         console.stands_at(X=x)
+        console.knows("G20")
     expect(console.by("undo-zero")).to_have_count(0)
     expect(page.locator(".facts")).to_contain_text("G20")
 

@@ -61,6 +61,25 @@ def test_without_soft_limits_the_travel_still_counts(socket_link: Callable[..., 
     expect(console.page.get_by_text("The job was stopped")).to_be_visible()
 
 
+# The page checks a job again when nothing has changed for 300 ms: never, here.
+UNCHECKED = "() => { const later = setTimeout; window.setTimeout = (call, ms) => later(call, ms === 300 ? 1e8 : ms); }"
+
+
+def test_a_check_of_another_zero_is_none(socket_link: Callable[..., Console]) -> None:
+    """Between a change of the work zero and the next check, Start asks."""
+    console = socket_link()
+    console.page.evaluate(UNCHECKED)
+    console.by("jog-X+").click()
+    console.stands_at(X=1)
+    load(console, WIDE)
+    console.tab("control")
+    console.page.get_by_role("button", name="Zero X").click()
+    console.stands_at(X=0)
+    console.tab("job")
+    expect(console.by("job-time")).to_have_count(0)
+    refused(console, "The preflight has not finished.")
+
+
 def test_a_machine_that_was_not_homed(socket_link: Callable[..., Console]) -> None:
     """Its place is not known, its size is."""
     console = socket_link(speed=8.0)

@@ -43,6 +43,7 @@ def opened(
         _, served = serve_page(**options)
         page = watched(reduced_motion="reduce", bypass_csp=True, **LOOKS[look]).page(served.url)
         expect(page.locator("[data-test=state]")).to_have_text("Idle")
+        expect(page.locator(".facts").first).to_contain_text("G54")  # the last question: a job is checked once
         page.add_script_tag(path=AXE)  # no part of the page: hence bypass_csp
         return page
 

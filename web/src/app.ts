@@ -83,7 +83,7 @@ export async function checkJob(): Promise<void> {
 }
 
 /** Another work zero, another setting: another job. A lost machine is not another one. */
-const isStale = computed(() => {
+export const isStale = computed(() => {
   const done = preflight.result.value;
   return done !== null && !job.active.value && controller.link.value !== "lost" && !standsAlike(standing.value, done.standing);
 });

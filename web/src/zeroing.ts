@@ -46,8 +46,13 @@ export async function setPosition(values_mm: Readonly<Record<string, number>>, t
 export async function undoZero(): Promise<void> {
   const last = undone.value.at(-1);
   if (!last) return;
-  await sayInMm(last.line);
-  undone.value = undone.value.slice(0, -1);
+  undone.value = undone.value.slice(0, -1); // a second press takes the one before
+  try {
+    await sayInMm(last.line);
+  } catch (error) {
+    undone.value = [...undone.value, last];
+    throw error;
+  }
   await controller.refresh("$#");
 }
 

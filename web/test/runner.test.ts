@@ -4,53 +4,13 @@ import { readProgram } from "../src/job/program";
 import { JobRunner } from "../src/job/runner";
 import { Controller } from "../src/link/controller";
 import { LineError } from "../src/link/line";
-import type { Transport, TransportEvents } from "../src/link/transport";
+import { connect, turn, type Board } from "./board";
 
-class Board implements Transport {
-  readonly name = "a test";
-  readonly isSerial = true;
-  sent = "";
-  private events: TransportEvents | null = null;
-
-  async open(events: TransportEvents): Promise<void> {
-    this.events = events;
-    queueMicrotask(() => this.says("<Idle|MPos:0.000,0.000,0.000>"));
-  }
-  async write(bytes: Uint8Array): Promise<void> {
-    this.sent += new TextDecoder("latin1").decode(bytes).replaceAll("?", "");
-  }
-  async close(): Promise<void> {}
-
-  says(...lines: string[]): void {
-    this.events!.bytes(new TextEncoder().encode(lines.map((line) => `${line}\r\n`).join("")));
-  }
-  lose(): void {
-    this.events!.lost("unplugged");
-  }
-  /** What was sent since the last time. */
-  heard(): string {
-    const sent = this.sent;
-    this.sent = "";
-    return sent;
-  }
-}
-
-/** Connected, and past the questions of the beginning. */
 async function connected(): Promise<{ board: Board; controller: Controller; job: JobRunner }> {
-  const [board, controller] = [new Board(), new Controller()];
+  const controller = new Controller();
   const job = new JobRunner(controller);
-  const open = controller.connect(board);
-  for (const line of ["$I", "$$", "$#", "$G"]) {
-    await turn();
-    expect(board.heard()).toBe(`${line}\n`);
-    board.says(...(line === "$I" ? ["[OPT:V,15,41]"] : []), "ok");
-  }
-  await open;
-  return { board, controller, job };
+  return { ...(await connect(controller)), job };
 }
-
-/** Whatever waits for what was reported continues. */
-const turn = (): Promise<void> => new Promise((resolve) => setTimeout(resolve, 0));
 
 it("streams within the buffer, and is done when the machine rests after the last line", async () => {
   const { board, controller, job } = await connected();
@@ -159,6 +119,53 @@ it("can be stopped while the last acknowledged lines are cut", async () => {
   await controller.disconnect();
 });
 
+it.each(["Idle", "Hold:0"])("does not reset a motion that a report from before the hold does not know (%s)", async (before) => {
+  const { board, controller, job } = await connected();
+  await board.reports(`<${before}|MPos:0.000,0.000,0.000>`);
+  job.load(readProgram("a.nc", "G1X1F1000\nG1X2\n"));
+  await board.isAsked(); // while nothing moves
+  job.start();
+  job.stop();
+  board.heard();
+  await board.reports(`<${before}|MPos:0.000,0.000,0.000>`);
+  expect(board.heard()).toBe("");
+  await board.reports("<Hold:1|MPos:0.100,0.000,0.000|Ln:1>");
+  expect(board.heard()).toBe("");
+  await board.reports("<Hold:0|MPos:0.200,0.000,0.000|Ln:1>");
+  expect(board.heard()).toBe("\x18");
+  await controller.disconnect();
+});
+
+it("stops a motion of its own as late as a job", async () => {
+  const { board, controller } = await connected();
+  await board.isAsked(); // while nothing moves
+  void controller.post("G1X5F100");
+  controller.stopMotion();
+  expect(board.heard()).toBe("G1X5F100\n\x85!");
+  await board.reports("<Idle|MPos:0.000,0.000,0.000>");
+  await board.reports("<Hold:1|MPos:0.100,0.000,0.000>");
+  expect(board.heard()).toBe("");
+  await board.reports("<Hold:0|MPos:0.200,0.000,0.000>");
+  expect(board.heard()).toBe("\x18");
+  await controller.disconnect();
+});
+
+it("resets behind no door whose motion still ends", async () => {
+  const { board, controller, job } = await connected();
+  job.load(readProgram("a.nc", "G1X1F1000\n"));
+  job.start();
+  await board.reports("<Run|MPos:0.100,0.000,0.000|Ln:1>");
+  job.stop();
+  board.heard();
+  for (const state of ["Run", "Door:2", "Door:3"]) {
+    await board.reports(`<${state}|MPos:0.100,0.000,0.000|Ln:1>`);
+    expect(board.heard()).toBe("");
+  }
+  await board.reports("<Door:1|MPos:0.200,0.000,0.000|Ln:1>");
+  expect(board.heard()).toBe("\x18");
+  await controller.disconnect();
+});
+
 it("has failed when an alarm ends it, whatever was acknowledged", async () => {
   const { board, controller, job } = await connected();
   job.load(readProgram("a.nc", "G1X1F1000\nG1X2\n"));
@@ -196,6 +203,20 @@ it("knows what was homed, until something may have moved it", async () => {
   expect(controller.homed.value).toBe("XZ");
   board.says("ALARM:1");
   expect(controller.homed.value).toBe("");
+  await controller.disconnect();
+});
+
+it("knows what was homed before it had asked for the cycles", async () => {
+  const { board, controller } = await connected();
+  const written = controller.send("$45=3");
+  const homed = controller.send("$H");
+  board.says("ok");
+  await written;
+  board.says("ok");
+  await turn();
+  board.says("$44=4", "$45=3", "$46=0", "ok");
+  await homed;
+  expect(controller.homed.value).toBe("XYZ");
   await controller.disconnect();
 });
 

@@ -109,8 +109,7 @@ export class JobRunner {
     this.state.value = "stopping";
     this.byHand = this.why.value === "";
     if (this.byHand) this.why.value = t`stopped by hand`;
-    this.controller.realtime("HOLD");
-    this.resetAtRest(this.controller.status.peek());
+    this.controller.resetAtRest(() => this.state.peek() === "stopping");
   }
 
   private take(lines: readonly JobLine[]): void {
@@ -119,17 +118,6 @@ export class JobRunner {
     this.sent.value = this.answered.value = this.executed.value = this.currentLine.value = 0;
     this.restingReports = 0;
     this.why.value = "";
-  }
-
-  /** The report that is there was made before the hold: wait for a newer one that says that nothing moves. */
-  private resetAtRest(old: Status | null): void {
-    const end = this.controller.status.subscribe((status) => {
-      if (status === old) return;
-      const moves = status !== null && (status.state === "Run" || (status.state === "Hold" && status.substate === 1));
-      if (this.state.peek() === "stopping" && moves) return;
-      queueMicrotask(() => end());
-      if (this.state.peek() === "stopping") this.controller.reset();
-    });
   }
 
   /** Put lines while there is room; each is answered once. */

@@ -148,6 +148,9 @@ export class Controller {
   private askedAt = 0;
   private heardAt = 0;
   private waitsForReport = false;
+  /** Reports that came, and those that were asked for since the last one. */
+  private heard = 0;
+  private unheard = 0;
   private entries = 0;
   private resetAsked = false;
   /** What is not known, or may have changed; and the state in which the controller did not say it. */
@@ -212,7 +215,9 @@ export class Controller {
     const answer = await this.ask(text, false);
     this.learn(text, answer);
     if (homes) this.homing.value = false;
-    if (homes && answer.kind === "ok") this.homed.value += this.homesAxes(text);
+    if (!homes || answer.kind !== "ok") return answer;
+    if (text === "$H" && this.unknown.has("$$")) await this.refresh("$$"); // which has the cycles
+    this.homed.value += this.homesAxes(text);
     return answer;
   }
 
@@ -236,6 +241,7 @@ export class Controller {
         if (status === asked || status === null || MOVING.has(status.state)) return undefined;
         if (this.operates.value && status.substate === 1) return undefined;
         if (status.state !== "Idle" && !this.operates.value) return end(() => reject(new Error(t`The machine did not stop: ${status.state}`)));
+        if (!this.queue.idle) return undefined; // a line that is on its way may move it
         const now = String(status.mpos ?? status.wpos);
         if (now === place) return end(resolve);
         place = now;
@@ -247,6 +253,11 @@ export class Controller {
   /** Ask again now, and leave it out of the terminal: the signals have the answer when this resolves. */
   async refresh(...questions: readonly Question[]): Promise<void> {
     for (const question of questions) this.learn(question, await this.ask(question, true));
+  }
+
+  /** refresh(), unless what is known of it is so already. */
+  async known(question: Question): Promise<void> {
+    if (this.unknown.has(question) || !this.queue.idle) await this.refresh(question);
   }
 
   /** Ask for what only one card shows, and leave it out of the terminal. null: refused, or lines of others are under way. */
@@ -279,6 +290,7 @@ export class Controller {
     if (name === "RESUME" || name === "PARK") this.notParked.value = "";
     if (name === "RESUME") this.unpark();
     if (name === "JOG_CANCEL") this.queue.callOffJogs();
+    if (name === "STATUS") this.unheard++;
     this.write(Uint8Array.of(TABLES.realtime[name]));
   }
 
@@ -290,15 +302,19 @@ export class Controller {
   /** A jog and the operator's probing end where they are; a move of an idle machine is held, and discarded at rest. */
   stopMotion(): void {
     this.realtime("JOG_CANCEL");
-    if (this.operates.peek()) return;
+    if (!this.operates.peek()) this.resetAtRest(() => this.status.peek()?.state === "Hold");
+  }
+
+  /** Hold, and reset when nothing moves: so the position is kept. A report that was asked for before the hold may be
+   * from before the motion. @param isWanted  asked at rest */
+  resetAtRest(isWanted: () => boolean): void {
     this.realtime("HOLD");
-    const old = this.status.peek(); // from before the hold
+    const before = this.heard + this.unheard;
     const end = effect(() => {
       const [status, link] = [this.status.value, this.link.value];
-      const moves = status !== null && (MOVING.has(status.state) || status.substate === 1);
-      if (link === "open" && (status === old || moves)) return;
+      if (link === "open" && (status === null || this.heard <= before || moves(status))) return;
       queueMicrotask(() => end());
-      if (status?.state === "Hold") this.reset();
+      if (link === "open" && isWanted()) this.reset();
     });
   }
 
@@ -383,6 +399,7 @@ export class Controller {
     this.queue.forget();
     this.queue.capacity = SMALLEST_BUFFER;
     this.waitsForReport = false;
+    this.unheard = 0;
     this.heardAt = performance.now();
   }
 
@@ -480,6 +497,8 @@ export class Controller {
 
   private takeStatus(status: Status): void {
     this.waitsForReport = false;
+    this.heard++;
+    this.unheard = 0;
     this.status.value = status;
     if (!HELD.has(status.state)) this.awaitedTool.value = null;
     if (!HELD.has(status.state) && this.parked.value) this.unpark(); // someone else has resumed it
@@ -538,6 +557,11 @@ export class Controller {
 function settingsIn(said: readonly string[]): Map<number, string> {
   const rows = said.map(parse).filter((message) => message.kind === "setting");
   return new Map(rows.map(({ number, value }) => [number, value]));
+}
+
+/** Hold:1 slows down, as Door:2 does; Door:3 comes back. */
+function moves({ state, substate }: Status): boolean {
+  return MOVING.has(state) || (state === "Hold" && substate === 1) || (state === "Door" && (substate ?? 0) > 1);
 }
 
 /** After this line the machine's position may not be what homing made it. */

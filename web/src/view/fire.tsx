@@ -3,21 +3,11 @@ import { useSignal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
 import { controller, noMotion, standing } from "../app";
-import { darkLines, fireLine, firePower_pct, longestFire_s, noFire, noStages, usualStages, type Stage } from "../link/fire";
+import { Beam } from "../link/beam";
+import { fireLine, firePower_pct, longestFire_s, noFire, noStages, usualStages, type Stage } from "../link/fire";
+import { WarmUp } from "../link/warmup";
 import { Button, Dialog, Field, Notice } from "./parts";
 import { t } from "../words";
-
-const ANSWER_MS = 1000;
-
-/** M5 is accepted in time, or else the controller is reset: everyone may do that. */
-async function darken(modes: string): Promise<void> {
-  const [off, ...rest] = darkLines(modes);
-  const late = setTimeout(() => controller.reset(), ANSWER_MS);
-  const answer = await controller.post(off!);
-  clearTimeout(late);
-  if (answer.kind === "error") controller.reset();
-  for (const line of answer.kind === "ok" ? rest : []) await controller.post(line);
-}
 
 /** Call it when the window is hidden, loses the focus, or is left. */
 function useAway(leave: () => void): void {
@@ -35,41 +25,12 @@ function useAway(leave: () => void): void {
   }, []);
 }
 
-/** One beam at a time: what was lit is dark before the next one. */
-class Beam {
-  private timer: ReturnType<typeof setTimeout> | undefined;
-  private modes: string | null = null;
-
-  constructor(private readonly tell: (lit: boolean, failed: string) => void) {}
-
-  light(line: string, time_s: number): void {
-    if (this.modes !== null) return;
-    this.modes = controller.modes.peek();
-    this.timer = setTimeout(() => this.end(), time_s * 1000);
-    this.tell(true, "");
-    void controller.post(line).then((answer) => {
-      if (answer.kind === "ok") return;
-      this.end();
-      this.tell(false, answer.kind === "error" ? t`The controller has refused it: error ${answer.code}` : t`The connection was lost: the controller ends the beam.`);
-    });
-  }
-
-  end(): void {
-    const modes = this.modes;
-    if (modes === null) return;
-    clearTimeout(this.timer);
-    this.modes = null;
-    this.tell(false, "");
-    if (controller.connected.peek()) void darken(modes);
-  }
-}
-
 export function FireDialog({ onClose }: { onClose: () => void }): JSX.Element {
   const settings = standing.value.settings;
   const wish = useSignal({ power_pct: Math.min(1, firePower_pct(settings)), time_s: 2 });
   const lit = useSignal(false);
   const failed = useSignal("");
-  const beam = useSignal(new Beam((on, why) => ([lit.value, failed.value] = [on, why]))).value;
+  const beam = useSignal(new Beam(controller, (on, why) => ([lit.value, failed.value] = [on, why]))).value;
   useAway(() => beam.end());
   const busy = noMotion.value;
   useEffect(() => {
@@ -77,7 +38,7 @@ export function FireDialog({ onClose }: { onClose: () => void }): JSX.Element {
   }, [busy]);
   const why = noFire(settings, wish.value.power_pct, wish.value.time_s) || (controller.operates.value ? t`Not in a parked hold: the beam is dark there.` : busy);
   const begin = (): void => {
-    if (!why) beam.light(fireLine(settings, wish.value.power_pct), wish.value.time_s);
+    if (!why) void beam.light(fireLine(settings, wish.value.power_pct), wish.value.time_s);
   };
   const field = (name: "power_pct" | "time_s", label: string, max: number): JSX.Element => (
     <Field label={label}>
@@ -133,50 +94,12 @@ export function FireDialog({ onClose }: { onClose: () => void }): JSX.Element {
 
 // ---- warm-up ----
 
-/** The stages one after the other; the spindle stops at the end, with Stop, with the dialog and when the state changes. */
-class WarmUp {
-  private stopped = true;
-  private wake: () => void = () => {};
-
-  constructor(private readonly tell: (stage: number, failed: string) => void) {}
-
-  async run(stages: readonly Stage[]): Promise<void> {
-    this.stopped = false;
-    let failed = "";
-    for (const [i, { rpm, time_s }] of stages.entries()) {
-      this.tell(i, "");
-      const answer = await controller.post(`M3S${rpm}`);
-      if (answer.kind !== "ok") failed = answer.kind === "error" ? t`The controller has refused it: error ${answer.code}` : t`The connection was lost, or the controller was reset.`;
-      else if (!this.stopped) await this.wait(time_s);
-      if (this.stopped || failed) break;
-    }
-    if (!failed && controller.state.peek() === "Idle") await controller.post("M5");
-    this.stopped = true;
-    this.tell(-1, failed);
-  }
-
-  /** A spindle that still runs up is stopped as a motion is. */
-  stop(): void {
-    if (this.stopped) return;
-    this.stopped = true;
-    this.wake();
-    if (controller.state.peek() !== "Idle") controller.stopMotion();
-  }
-
-  private wait(time_s: number): Promise<void> {
-    return new Promise((resolve) => {
-      const timer = setTimeout(resolve, time_s * 1000);
-      this.wake = () => (clearTimeout(timer), resolve());
-    });
-  }
-}
-
 export function WarmDialog({ onClose }: { onClose: () => void }): JSX.Element {
   const settings = standing.value.settings;
   const stages = useSignal<readonly Stage[]>(usualStages(settings));
   const at = useSignal(-1);
   const failed = useSignal("");
-  const warm = useSignal(new WarmUp((stage, why) => ([at.value, failed.value] = [stage, why]))).value;
+  const warm = useSignal(new WarmUp(controller, (stage, why) => ([at.value, failed.value] = [stage, why]))).value;
   useEffect(() => () => warm.stop(), []);
   const state = controller.state.value;
   useEffect(() => {

@@ -2,7 +2,7 @@
 import { useSignal } from "@preact/signals";
 import type { JSX } from "preact";
 import { controller, noMotion, preflight, standing } from "../app";
-import { LASER_LIMIT_PCT, planFrame, type FrameWish } from "../job/frame";
+import { LASER_LIMIT_PCT, planFrame, type FramePlan, type FrameWish } from "../job/frame";
 import { settingNumber } from "../tables";
 import { Button, Dialog, Field, Notice } from "./parts";
 import { t } from "../words";
@@ -30,13 +30,16 @@ function FrameDialog({ onClose }: { onClose: () => void }): JSX.Element {
   const failed = useSignal("");
   const stopped = useSignal(false);
   const done = preflight.result.value;
-  const plan = done ? planFrame(standing.value, done.report.min_mm, done.report.max_mm, wish.value) : null;
+  const planNow = (): FramePlan | null => (done ? planFrame(standing.value, done.report.min_mm, done.report.max_mm, wish.value) : null);
+  const plan = planNow();
   const why = !plan ? t`The preflight has not finished.` : plan.kind === "refuse" ? plan.why : noMotion.value;
   const go = async (): Promise<void> => {
-    if (plan?.kind !== "go") return;
     [running.value, failed.value, stopped.value] = [true, "", false];
     try {
-      for (const line of plan.frame.lines) {
+      await controller.rest(); // it returns to where it is now, which the last report may not know
+      const now = planNow();
+      if (now?.kind !== "go") throw new Error(now?.why);
+      for (const line of now.frame.lines) {
         if (stopped.peek()) throw new Error(t`Stopped by hand.`);
         await controller.send(line);
         await controller.rest();

@@ -2,7 +2,7 @@
 import { useSignal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
-import { attempt, checkJob, controller, doing, fail, job, preflight, standing } from "../app";
+import { attempt, checkJob, controller, doing, fail, isStale, job, preflight, standing } from "../app";
 import { describe, secondsAtLine, secondsLeft, type Preflight } from "../job/preflight";
 import type { Report } from "../job/core";
 import { laserWarning } from "../job/engraving";
@@ -138,7 +138,7 @@ function CodeAround(): JSX.Element {
 
 function CheckCard(): JSX.Element | null {
   const done = preflight.result.value;
-  if (!done) return null;
+  if (!done || isStale.value) return null;
   const { report } = done;
   const warning = laserWarning(report, done.standing.origin_mm);
   return (
@@ -253,7 +253,7 @@ const RESULT: Record<string, { kind: "good" | "warn" | "bad"; title: string }> =
 /** Why a start wants a second thought. */
 function doubts(): string[] {
   const done = preflight.result.value;
-  if (!done) return [t`The preflight has not finished.`];
+  if (!done || isStale.value) return [t`The preflight has not finished.`];
   const { error_count } = done.report;
   const lines = error_count === 1 ? t`One line is refused` : t`${error_count} lines are refused`;
   return [...(error_count > 0 ? [t`${lines}: the job will stop there.`] : []), ...travel(done).map((finding) => finding.text)];
@@ -342,6 +342,7 @@ function ResumeBar(): JSX.Element | null {
   };
   const make = (): Promise<void> =>
     attempt(async () => {
+      await controller.rest(); // facts are of where it is
       plan.value = (await preflight.plan(job.program.value!.lines, line, facts())) ?? plan.value;
     });
   return (

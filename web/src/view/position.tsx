@@ -70,11 +70,15 @@ export function zeroFacts(): ZeroFacts {
 
 /** @returns whether someone has to say first how far Z lifts */
 async function goToZero(lift_mm: number | null): Promise<boolean> {
-  return goBy(planZero(zeroFacts(), lift_mm));
+  return goBy(() => planZero(zeroFacts(), lift_mm));
 }
 
-/** Each line when the one before has been moved completely. @returns whether someone has to say first how far Z lifts */
-export async function goBy(plan: ZeroPlan): Promise<boolean> {
+/** From where the machine rests: a jog of before may be on its way, and not in the last report. Each line when the one
+ * before has been moved completely. @returns whether someone has to say first how far Z lifts */
+export async function goBy(planNow: () => ZeroPlan): Promise<boolean> {
+  if (planNow().kind === "ask") return true;
+  await controller.rest();
+  const plan = planNow();
   if (plan.kind === "ask") return true;
   if (plan.kind === "refuse") throw new Error(plan.why);
   for (const [i, line] of plan.lines.entries()) {
@@ -117,7 +121,11 @@ function LiftDialog({ onClose }: { onClose: () => void }): JSX.Element {
 function Axis({ axis, index }: { axis: string; index: number }): JSX.Element {
   const work = controller.workPosition.value[index];
   const machine = controller.machinePosition.value[index];
-  const half = work === undefined ? 0 : (showsInches.value ? MM_PER_INCH : 1) * (work / 2);
+  const halve = async (): Promise<void> => {
+    await controller.rest(); // half of where it is, which the last report may not know
+    const half = controller.workPosition.peek()[index]! / 2;
+    await setPosition({ [axis]: (showsInches.peek() ? MM_PER_INCH : 1) * half }, t`half of ${axis}`);
+  };
   return (
     <div class="dro-axis">
       <span class="dro-letter">{axis}</span>
@@ -139,7 +147,7 @@ function Axis({ axis, index }: { axis: string; index: number }): JSX.Element {
         {machine === undefined ? "" : fixed(machine)}
       </span>
       <div class="dro-set">
-        <Button size="small" label={t`Halve ${axis}`} title={t`Half of ${axis} is here: zero is in the middle of the way`} why={noMotion.value} onClick={() => void attempt(() => setPosition({ [axis]: half }, t`half of ${axis}`))}>
+        <Button size="small" label={t`Halve ${axis}`} title={t`Half of ${axis} is here: zero is in the middle of the way`} why={noMotion.value} onClick={() => void attempt(halve)}>
           ½
         </Button>
         <Button size="small" label={t`Zero ${axis}`} why={noMotion.value} onClick={() => void attempt(() => setPosition({ [axis]: 0 }, t`zero of ${axis}`))}>

@@ -86,7 +86,7 @@ function StoredPosition({ name }: { name: StoredName }): JSX.Element {
       <Button
         why={noMotion.value}
         title={t`Raise Z, move to X and Y of ${name}, then to its Z. Machine position: ${text}`}
-        onClick={() => void attempt(() => goBy(planStored(name, standing.peek().offsets.get(name), zeroFacts())))}
+        onClick={() => void attempt(() => goBy(() => planStored(name, standing.peek().offsets.get(name), zeroFacts())))}
         testId={`go-${name}`}
       >
         {t`Go to ${name}`}
