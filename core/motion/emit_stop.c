@@ -52,10 +52,12 @@ void emit_stop_lengths(struct emit *emit, const struct shaper *shaper, float v_m
         steps_per_mm = max_f(steps_per_mm, plan->limits.steps_per_mm[ax]);
     float most_s = 0.9f * (float)SEGMENT_MAX_STEPS / (max_f(v_mm_s, 1e-3f) * steps_per_mm);
     float usual_s = shaper_is_on(shaper) ? shaper->sample_s : STOP_FIRST * plan->curve_s;
+    const float coarser = (float)(1u << emit->ahead->coarser);
     emit->stop_samples = 0;
     emit->stop_v_mm_s = v_mm_s;
-    emit->stop_first_s = min_f(max_f(usual_s, stop_s / STOP_SAMPLES), most_s);
-    emit->stop_most_s = min_f(min_f(max_f(STOP_SAMPLE_S, stop_s / STOP_LONGEST), most_s), STOP_LIMIT_S);
+    emit->stop_first_s = min_f(coarser * max_f(usual_s, stop_s / STOP_SAMPLES), most_s);
+    emit->stop_most_s =
+        min_f(min_f(coarser * max_f(STOP_SAMPLE_S, stop_s / STOP_LONGEST), most_s), STOP_LIMIT_S);
 }
 
 /* The least acceleration of the pieces that a stop from this speed comes to, and of that behind the blend. */

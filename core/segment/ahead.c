@@ -13,6 +13,7 @@
 #define END_MAX_US   600000u            /* of the stop at the end of what is planned, and segments of it */
 #define END_MAX      48u
 #define REST_NS      100000u
+#define COARSEST     10u
 #define STOP_WORK    2u /* to end the committed part and to find how to stop, as work of a portion */
 
 static uint32_t now_us(const struct ahead *ahead) {
@@ -64,6 +65,7 @@ void ahead_reset(struct ahead *ahead) {
     ahead->branch = ahead->commit = QUEUE_RESET_MARK;
     ahead->end_us = 0;
     ahead->full_us = AHEAD_FAR_US;
+    ahead->coarser = 0;
     ahead->pending = ahead->changed = ahead->changing = ahead->soft = ahead->passed = false;
     ahead->noted = ahead->spare = ahead->crowded = ahead->ends = ahead->open = false;
     ahead->batch.stage = AHEAD_NO_BATCH;
@@ -186,6 +188,9 @@ static void withdraw(struct ahead *ahead, enum queue_answer answer) {
     if (answer == QUEUE_LARGE && ahead->spare && ahead->full_us > MIN_US)
         ahead->full_us /= 2;
     ahead->spare = ahead->spare || answer == QUEUE_LARGE;
+    /* Nothing will come back: the same stop would be refused for ever. */
+    if (ahead->crowded && ahead_queued_us(ahead) == 0 && ahead->coarser < COARSEST)
+        ahead->coarser++;
 }
 
 /* The marks before it after its branch do not count any more. */
@@ -202,6 +207,8 @@ static void take(struct ahead *ahead) {
     /* Back in small steps, so that it does not become too large again with the next batch. */
     if (ahead->full_us < AHEAD_FAR_US)
         ahead->full_us += MIN_US;
+    else
+        ahead->coarser = 0;
 }
 
 /* ---- batches ---- */

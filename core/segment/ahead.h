@@ -112,6 +112,7 @@ struct ahead {
     bool changed, changing; /* branch off: asked for, and done by the batch that is pending */
     bool soft;              /* the committed part ends where more moves may change what follows */
     bool spare;             /* spans did not suffice: the shortest stop, and then less motion */
+    uint8_t coarser;        /* ... nor for that: segments of the shortest stop are 2^coarser times as long */
     bool crowded;           /* nor did they for the least of that, until motion time passes this: */
     uint32_t crowded_us;
     bool ends,

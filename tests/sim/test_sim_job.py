@@ -84,6 +84,18 @@ def test_the_slowest_motion_of_all_is_not_slowed_down_further(library, text, val
     assert not [warning for warning in result.warnings if "busy" in warning and not warning.endswith(": 1 time")]
 
 
+def test_a_stop_that_has_no_room_is_made_coarser(library):
+    """An axis that takes seconds for what others do in milliseconds, and a shaper of half a second: at rest all of the
+    spans were not enough for the stop behind the first steps, which was made again for ever."""
+    slow = ("$121=0.428", "$40=8441912.766", "$170=3", "$180=5", "$11=5")
+    text = "G91G64P.1\nG1X2.1395F60\nX2.1395\nY2.1395\nX-4.279Y2.1395Z2.1395\nG0X2.1395Y-4.279\n"
+    result = run(library, text, settings=(*SETTINGS, *slow))
+    assert result.errors == () and result.plan_unmet == 0
+    assert result.final_position_steps[:3] == tuple(round(mm * 250) for mm in (2.1395, 0.0, 2.1395))
+    limits = zip(result.max_accel_mm_s2, (500, 0.428, 500), result.accel_resolution_mm_s2, strict=True)
+    assert all(a <= 1.1 * limit + grain for a, limit, grain in limits)
+
+
 def test_figures_are_those_of_the_job_and_not_of_the_way_to_its_start(library):
     """Lines before the job may move the machine to where it begins."""
     before = (*SETTINGS, "G53G0X-40", "G4P0")
