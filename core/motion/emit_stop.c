@@ -45,6 +45,13 @@ float emit_stop_sample_s(const struct emit *emit) {
     return room < across * (least_s * least_s) ? least_s : sqrtf(room / across);
 }
 
+/* At rest all spans were not enough for the stop. */
+static void make_coarser(struct emit *emit, float most_s) {
+    const float times = (float)(1u << emit->ahead->coarser);
+    emit->stop_first_s = min_f(times * emit->stop_first_s, most_s);
+    emit->stop_most_s = min_f(times * emit->stop_most_s, most_s);
+}
+
 void emit_stop_lengths(struct emit *emit, const struct shaper *shaper, float v_mm_s, float brakes_s) {
     const struct plan *plan = emit->plan;
     float steps_per_mm = 1.0f, stop_s = brakes_s + (float)shaper->window_ns * 1e-9f;
@@ -52,12 +59,12 @@ void emit_stop_lengths(struct emit *emit, const struct shaper *shaper, float v_m
         steps_per_mm = max_f(steps_per_mm, plan->limits.steps_per_mm[ax]);
     float most_s = 0.9f * (float)SEGMENT_MAX_STEPS / (max_f(v_mm_s, 1e-3f) * steps_per_mm);
     float usual_s = shaper_is_on(shaper) ? shaper->sample_s : STOP_FIRST * plan->curve_s;
-    const float coarser = (float)(1u << emit->ahead->coarser);
     emit->stop_samples = 0;
     emit->stop_v_mm_s = v_mm_s;
-    emit->stop_first_s = min_f(coarser * max_f(usual_s, stop_s / STOP_SAMPLES), most_s);
-    emit->stop_most_s =
-        min_f(min_f(coarser * max_f(STOP_SAMPLE_S, stop_s / STOP_LONGEST), most_s), STOP_LIMIT_S);
+    emit->stop_first_s = min_f(max_f(usual_s, stop_s / STOP_SAMPLES), most_s);
+    emit->stop_most_s = min_f(min_f(max_f(STOP_SAMPLE_S, stop_s / STOP_LONGEST), most_s), STOP_LIMIT_S);
+    if (emit->ahead->coarser > 0)
+        make_coarser(emit, min_f(most_s, STOP_LIMIT_S));
 }
 
 /* The least acceleration of the pieces that a stop from this speed comes to, and of that behind the blend. */

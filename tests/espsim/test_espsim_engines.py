@@ -15,6 +15,7 @@ from pathlib import Path
 import images
 import numpy as np
 import pytest
+from chip_steps import assert_same_steps, assert_steps_in_time
 from espsim.program import Program, build
 from numpy.typing import NDArray
 from wificnc.board.load import load_board
@@ -120,19 +121,15 @@ def lateness_ns(pc: NDArray[np.int64], chip: NDArray[np.int64]) -> NDArray[np.fl
     return (sixths - np.median(sixths)) / 6
 
 
-def at_its_times(program: Built, pc: NDArray[np.int64], chip: NDArray[np.int64], misses: int | None) -> None:
-    """But where an instruction waits for a line of the cache, and that for one of the other core.
-
-    @param misses  of the core of the steps; None: without the model, so nothing waits, and the events are within the
-    bound around the middle of the earliest and the latest
-    """
-    late = lateness_ns(pc, chip)
+def at_its_times(program: Built, pc: NDArray[np.int64], chip: NDArray[np.int64], timed: bool) -> None:
+    """But where an instruction waits for a line of the cache, and that for one of the other core. Without the model
+    nothing waits, and the events are within the bound around the middle of the earliest and the latest."""
     bound = (CYCLES_PER_TICK + LATENCY_CYCLES + program.grid_cycles / 2) * NS_PER_CYCLE
-    if misses is None:
-        assert np.ptp(late) <= 2 * bound
+    if timed:
+        assert_steps_in_time(pc, chip, NS_PER_CYCLE, bound + 2 * LINE_CYCLES * NS_PER_CYCLE)
         return
-    assert (np.abs(late) > bound).sum() <= misses
-    assert np.abs(late).max() <= bound + 2 * LINE_CYCLES * NS_PER_CYCLE
+    same_events(pc, chip)
+    assert np.ptp(lateness_ns(pc, chip)) <= 2 * bound
 
 
 @pytest.mark.parametrize("timed", [True, False])
@@ -140,9 +137,7 @@ def test_both_cores_make_the_pcs_steps_at_its_times(program: Built, tmp_path: Pa
     """With I2S each within half a word of it, as a word begins each 2 us."""
     pc, running = pc_trace(tmp_path, program.board, DIAGONAL), run(program, DIAGONAL, timed=timed)
     with running.chip:
-        chip, misses = running.steps(), running.chip.core(1).misses
-    same_events(pc, chip)
-    at_its_times(program, pc, chip, misses if timed else None)
+        at_its_times(program, pc, running.steps(), timed)
 
 
 @pytest.mark.parametrize("timed", [True, False])
@@ -151,9 +146,7 @@ def test_flash_that_is_written_meanwhile_moves_no_step(program: Built, tmp_path:
     pc, running = pc_trace(tmp_path, program.board, LONG), run(program, LONG, flash_period_us=20_000, timed=timed)
     with running.chip:
         assert running.number("flash_writes") >= 20
-        chip, misses = running.steps(), running.chip.core(1).misses
-    same_events(pc, chip)
-    at_its_times(program, pc, chip, misses if timed else None)
+        at_its_times(program, pc, running.steps(), timed)
 
 
 def test_no_step_is_lost_when_a_sector_is_erased(program: Built, tmp_path: Path) -> None:
@@ -163,7 +156,7 @@ def test_no_step_is_lost_when_a_sector_is_erased(program: Built, tmp_path: Path)
     with running.chip:
         assert running.number("flash_writes") >= 2
         chip = running.steps()
-    same_events(pc, chip)
+    assert_same_steps(pc, chip)
     at = SPEED_WINDOW
     pc_speed, speed = (np.diff(events[::at, 0]) * scale for events, scale in ((pc, 1.0), (chip, NS_PER_CYCLE)))
     assert (speed >= pc_speed.min() - 1000).all()  # never faster than the job's speed
