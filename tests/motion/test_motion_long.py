@@ -17,8 +17,8 @@ from slow import cases_but
 
 MOST_MM = 100_000.0  # from zero: GCODE_COORDINATE_MAX
 LARGE = Machine(steps_per_mm=(250.0,) * 3, rate_mm_min=(12_000.0,) * 3, deviation_mm=0.02)
-# Steps so fine that one is no more than 0.1 of its acceleration over 10 ms: Y's, at the events of X, come to three.
-SLOW = replace(LARGE, steps_per_mm=(2000.0,) * 3, accel_mm_s2=(50.0,) * 3)
+# Steps so fine that two of them are no more than 0.4 of its acceleration over 10 ms.
+SLOW = replace(LARGE, steps_per_mm=(1000.0,) * 3, accel_mm_s2=(50.0,) * 3)
 KINDS = {
     "plain": LARGE,
     "jerk": replace(LARGE, jerk_mm_s3=20_000.0),
