@@ -29,16 +29,31 @@ void configure_board_defaults(struct machine *machine) {
     machine->settings.charge_pump_hz = pump_default_hz(machine);
 }
 
-static void report_clamp(struct machine *machine, unsigned axis, float mm_min, bool by_pulse) {
-    text_string(&machine->out, "[MSG:$");
-    text_int(&machine->out, (int32_t)(SETTING_MAX_RATE_MM_MIN + axis));
-    text_string(&machine->out, " is limited to ");
-    text_fixed(&machine->out, (double)mm_min, 0);
-    text_string(&machine->out,
-                by_pulse ? " mm/min by the step pulse: $0=" : " mm/min by the board's step rate");
-    if (by_pulse)
-        text_int(&machine->out, machine->settings.step_pulse_us);
-    text_string(&machine->out, "]\r\n");
+/* What may hold an axis below its $110. */
+enum rate_limit { LIMIT_BOARD, LIMIT_PULSE, LIMIT_STOP };
+
+static void report_limit(struct machine *machine, unsigned axis, float mm_min, enum rate_limit by) {
+    if (axis >= machine->board.axis_count)
+        return;
+    static const char *const reasons[] = {
+        [LIMIT_BOARD] = " mm/min by the board's step rate",
+        [LIMIT_PULSE] = " mm/min by the step pulse: $0=",
+        [LIMIT_STOP] = " mm/min by its acceleration: $",
+    };
+    const struct text_out *out = &machine->out;
+    text_string(out, "[MSG:$");
+    text_int(out, (int32_t)(SETTING_MAX_RATE_MM_MIN + axis));
+    text_string(out, " is limited to ");
+    text_fixed(out, (double)mm_min, by == LIMIT_STOP ? 3 : 0);
+    text_string(out, reasons[by]);
+    if (by == LIMIT_PULSE)
+        text_int(out, machine->settings.step_pulse_us);
+    if (by == LIMIT_STOP) {
+        text_int(out, (int32_t)(SETTING_ACCELERATION_MM_S2 + axis));
+        text_string(out, "=");
+        text_fixed(out, (double)machine->settings.acceleration_mm_s2[axis], 3);
+    }
+    text_string(out, "]\r\n");
 }
 
 /* As long as asked for or longer, but no longer than the hardware can. */
@@ -78,6 +93,29 @@ static uint32_t steps_of_events_hz(uint32_t events_hz) {
     return events_hz - (events_hz / 4 < spare_hz ? events_hz / 4 : spare_hz);
 }
 
+/* The pulse and a pause as long. */
+static uint32_t step_ns(const struct machine *machine) {
+    return 2 * machine_step_pulse_ns(machine) + machine->board.step_spread_ns;
+}
+
+/* Of $110 and following, and tells when it is less. */
+static float max_rate_mm_min(struct machine *machine, unsigned axis) {
+    const struct settings *settings = &machine->settings;
+    const uint32_t board_hz = machine->board.max_step_rate_hz;
+    const uint32_t pulse_hz = steps_of_events_hz(1000000000u / step_ns(machine));
+    const float hz = (float)(pulse_hz < board_hz ? pulse_hz : board_hz);
+    const float by_steps = 60.0f * hz / settings->steps_per_mm[axis];
+    const float by_stop = 60.0f * MOTION_LONGEST_STOP_S * settings->acceleration_mm_s2[axis];
+    const float most = min_f(by_steps, by_stop), set = settings->max_rate_mm_min[axis];
+    if (set <= most)
+        return set;
+    report_limit(machine, axis, most,
+                 by_stop < by_steps    ? LIMIT_STOP
+                 : pulse_hz < board_hz ? LIMIT_PULSE
+                                       : LIMIT_BOARD);
+    return most;
+}
+
 static void apply_motion(struct machine *machine) {
     const struct settings *settings = &machine->settings;
     const struct machine_board *board = &machine->board;
@@ -85,21 +123,9 @@ static void apply_motion(struct machine *machine) {
                                    .jerk_mm_s3 = settings->jerk_mm_s3,
                                    .shape_host = settings->shape_host,
                                    .axis_count = board->axis_count};
-    uint32_t pulse_ns = machine_step_pulse_ns(machine);
-    uint32_t step_ns = 2 * pulse_ns + board->step_spread_ns; /* the pulse and a pause as long */
-    const uint32_t pulse_rate_hz = steps_of_events_hz(1000000000u / step_ns);
-    const bool by_pulse = pulse_rate_hz < board->max_step_rate_hz;
-    const float rate_hz = (float)(by_pulse ? pulse_rate_hz : board->max_step_rate_hz);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++) {
-        float most_mm_min = 60.0f * rate_hz / settings->steps_per_mm[ax];
-        float mm_min = settings->max_rate_mm_min[ax];
-        if (mm_min > most_mm_min && ax < board->axis_count) {
-            report_clamp(machine, ax, most_mm_min, by_pulse);
-            mm_min = most_mm_min;
-        }
-        mm_min = min_f(mm_min, 60.0f * MOTION_LONGEST_STOP_S * settings->acceleration_mm_s2[ax]);
         limits.steps_per_mm[ax] = settings->steps_per_mm[ax];
-        limits.max_rate_mm_s[ax] = mm_min * (1.0f / 60.0f);
+        limits.max_rate_mm_s[ax] = max_rate_mm_min(machine, ax) * (1.0f / 60.0f);
         limits.accel_mm_s2[ax] = settings->acceleration_mm_s2[ax];
         limits.shaper[ax] = (struct shaper_mode){(enum shaper_kind)settings->shaper[ax],
                                                  settings->shaper_hz[ax], settings->shaper_damping[ax]};
@@ -114,7 +140,7 @@ static void apply_motion(struct machine *machine) {
     host_set_limits(machine, &limits);
     machine->drive.prep.timing = (struct prep_timing){
         .timer_hz = board->timer_hz,
-        .min_interval_ticks = ticks_of(board, step_ns),
+        .min_interval_ticks = ticks_of(board, step_ns(machine)),
         .dir_setup_ticks = ticks_of(board, board->dir_setup_ns),
         .pwm = machine->drive.prep.timing.pwm,
         .curve = machine->drive.prep.timing.curve,

@@ -68,6 +68,14 @@ def test_only_motion_is_said_to_be_limited_again(machine: Grbl, row: Setting) ->
     assert bool(re.search(limited, machine.send(f"${row.number}={value}\n"))) == ("motion" in row.affects)
 
 
+def test_a_rate_that_takes_too_long_to_stop_from_is_said(machine: Grbl) -> None:
+    """An axis is no faster than it stops from in 100 s (core/motion/move.h)."""
+    machine.send("$111=6000\n")
+    assert machine.send("$121=1\n") == "ok\r\n"
+    said = "[MSG:$111 is limited to 1500.000 mm/min by its acceleration: $121=0.250]"
+    assert machine.send("$121=0.25\n") == f"{said}\r\nok\r\n"
+
+
 @ALL
 def test_only_another_place_loses_the_homing(machine: Grbl, row: Setting) -> None:
     make_homing(machine)

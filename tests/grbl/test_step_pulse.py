@@ -6,7 +6,7 @@ import pytest
 from grbl_host import Grbl
 from wificnc.board.load import find_boards, load_board
 from wificnc.board.model import Board
-from wificnc.board.rules import step_spread_ns
+from wificnc.board.rules import pulse_rate_hz, step_spread_ns
 from wificnc.board.shift_registers import on_grid_ns, step_grid_ns
 from wificnc.serve.options import board_numbers
 from wificnc.sim.native import HostBoard
@@ -54,7 +54,9 @@ def test_what_the_pulse_leaves_of_the_rate_is_said(board: Board) -> None:
     controller.fine("$100=1000")
     longer_us = own_us(board) + 1
     step_ns = 2 * on_grid_ns(board, 1000 * longer_us) + step_spread_ns(board)
-    most = round(60 * (10**9 // step_ns - 500) / 1000)
+    rate_hz = 10**9 // step_ns - 500
+    assert pulse_rate_hz(board, longer_us) == rate_hz  # of `wificnc boards`
+    most = round(60 * rate_hz / 1000)
     controller.send(f"$0={longer_us}\n")
     assert controller.send("$110=15000\n") == (
         f"[MSG:$110 is limited to {most} mm/min by the step pulse: $0={longer_us}]\r\nok\r\n"
