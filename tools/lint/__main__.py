@@ -38,7 +38,7 @@ LINTS: dict[str, tuple[str, Lint]] = {
     "mypy": ("Python types", external.check_mypy),
     "clang-format": ("C format", external.check_clang_format),
     "cppcheck": ("C static analysis", external.check_cppcheck),
-    "warnings": ("C warnings, every compiler here", external.check_compilers),
+    "warnings": ("C warnings, gcc and the newest clang", external.check_compilers),
 }
 
 # Programs that run longest: first, so that our own lints, which share one processor, run next to them.
