@@ -11,6 +11,7 @@
 #define ROUNDING   1e-4f /* relative */
 #define NO_LIMIT   1e15f
 #define MIN_MEAN_S 0.002f
+#define MOST_SUM_S 131072.0f /* of 140,737: more of a step's 65536 parts times ns do not fit 63 bits */
 #define MAX_MEAN_S                                                                                           \
     1.0f /* what an axis is late by, and history.c counts in 31 bits of ns: with shapers, too */
 /* How far a segment may lie off its curve, as a part of the tolerance and on top of it. */
@@ -28,13 +29,24 @@ static float cube_root(float c) {
     return x;
 }
 
+/* A mean is a sum of places times ns over a window (motion/history.c), hz window^2 / 2 steps times s at most.
+ */
+static float longest_mean_s(const struct motion_limits *limits, float delay_s) {
+    float hz = 1.0f;
+    for (unsigned ax = 0; ax < limits->axis_count; ax++)
+        hz = max_f(hz, limits->max_rate_mm_s[ax] * limits->steps_per_mm[ax]);
+    hz *= limits->coupled ? 2.0f : 1.0f; /* the sum of two axes */
+    return max_f(min_f(MAX_MEAN_S, sqrtf(2.0f * MOST_SUM_S / hz) - delay_s), MIN_MEAN_S);
+}
+
 /* Averaging over T = 2 k A / J limits the jerk, and cuts curves by up to a T^2 / 24 for an acceleration a
  * across the path. The part k of the acceleration that is used makes that fit: k^3 = 6 e J^2 / (a A^2), a = k
- * A. With shapers, whose moments differ, a is that of X, Y and Z together. T is a second at most, k then
- * less.
+ * A. With shapers, whose moments differ, a is that of X, Y and Z together. T is at most longest_s,
+ * k then less.
  * @param room  part of the tolerance @param *across_mm_s2  becomes the greatest acceleration across the path
  * @return T; the accelerations become those that are used */
-static float fit_jerk(struct motion_limits *limits, float room, bool shaped, float *across_mm_s2) {
+static float fit_jerk(struct motion_limits *limits, float room, bool shaped, float longest_s,
+                      float *across_mm_s2) {
     float most = 0.0f, sum = 0.0f, part = 1.0f, jerk = limits->jerk_mm_s3;
     float room_mm = room * limits->junction_deviation_mm;
     for (unsigned ax = 0; ax < limits->axis_count; ax++) {
@@ -48,7 +60,7 @@ static float fit_jerk(struct motion_limits *limits, float room, bool shaped, flo
           cube = 6.0f * room_mm / all * (jerk / most) * (jerk / most);
     if (room_mm > 0.0f && cube < 1.0f)
         part = cube_root(cube);
-    part = min_f(part, 0.5f * MAX_MEAN_S * jerk / most);
+    part = min_f(part, 0.5f * longest_s * jerk / most);
     float mean_s = max_f(2.0f * part * most / jerk, MIN_MEAN_S);
     float square = mean_s * mean_s * (1.0f / 24.0f);
     if (room_mm > 0.0f && part * all * square > room_mm)
@@ -108,7 +120,9 @@ static void fit_shapers(struct plan *plan) {
     struct motion_limits *limits = &plan->limits, unshaped;
     float all_mm_s2 = limits->accel_mm_s2[AXIS_X], part = 1.0f, across_mm_s2;
     bool shaped = is_shaped(limits);
-    float mean_s = fit_jerk(limits, shaped ? JERK_PART : SHAPE_PART, shaped, &across_mm_s2);
+    shaper_set(&plan->shaper, limits, 0.0f, HISTORY_WINDOW);
+    float longest_s = longest_mean_s(limits, (float)plan->shaper.window_ns * 1e-9f);
+    float mean_s = fit_jerk(limits, shaped ? JERK_PART : SHAPE_PART, shaped, longest_s, &across_mm_s2);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         limits->max_rate_mm_s[ax] =
             min_f(limits->max_rate_mm_s[ax], MOTION_LONGEST_STOP_S * limits->accel_mm_s2[ax]);

@@ -16,7 +16,7 @@
     1e-4f /* a speed above the plan that the axes can take away in this time is only rounding                \
            */
 #define ARRIVED_S2                                                                                           \
-    1.25e-7f        /* a stop takes no more than 0.5 ms for this times its acceleration: as good as there */
+    5e-9f           /* a stop takes no more than 0.1 ms for this times its acceleration: as good as there */
 #define CRAWL 0.75f /* of the y that is surely possible: a mean below it is too little */
 #define WIDER 1.1f  /* limits that cannot be kept are widened in such steps until they can be */
 
@@ -137,7 +137,8 @@ static float snap(float way_mm, float tiny_mm) {
 static struct ramp_way find_way(const struct emit *emit, const struct piece *piece) {
     const struct path *path = &emit->plan->path;
     const struct piece *before = path_piece(&emit->plan->path, path->tail - 1);
-    float at_mm = emit->along_mm, end_mm = piece->length_mm - piece->tangent_mm - at_mm;
+    float at_mm = emit->along_mm,
+          end_mm = (piece->length_mm - piece->tangent_mm - at_mm) - emit->along_rest_mm;
     float slow_mm = before->tangent_mm > 0.0f ? before->tangent_mm + before->near_mm : 0.0f;
     float tiny_mm = ROUNDING * piece->length_mm;
     return (struct ramp_way){.slow_mm = snap(slow_mm - at_mm, tiny_mm),
@@ -219,7 +220,7 @@ static float travel_line(struct emit *emit, float time_s) {
     float two_a = 2.0f * stage.accel_mm_s2, y = emit->y;
     float limit = timing_limit_sq(&emit->plan->timing, piece);
     float skip_mm = min_f(tiny_mm, ARRIVED_S2 * piece->accel_mm_s2); /* no step comes early by it */
-    if (left_mm <= skip_mm || emit->along_mm >= end_mm) {
+    if (left_mm <= skip_mm) {
         put_along(emit, end_mm);
         end_line(emit, piece);
         return 0.0f;

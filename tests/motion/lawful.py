@@ -2,7 +2,8 @@
 
 Speed and acceleration are box differences over a window W of positions that are interpolated between edges, so single
 steps that are early or late count as up to 2/(n W^2) of acceleration, n steps/mm: with 2000 steps/mm and 10 ms that is
-10 mm/s2, and what is left of a figure is motion, not grain.
+10 mm/s2, and what is left of a figure is motion, not grain. On diagonals of two fast axes it can be up to twice as much
+for the slower one: grain_mm_s2().
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ WINDOWS_S = (0.005, 0.010, 0.020)
 # Of the limit, beyond the grain: 1.2 over 10 ms was asked, this is kept. A segment of up to 4 ms is a chord with one
 # ramp for all axes, and the speeds of a turning path jump where two of them meet: seen over 5 ms, hardly over 20 ms.
 ALLOWED = (1.15, 1.05, 1.02)
+# core/step/prep.c: slow steps of the dominant axis are divided into events, up to this rate or into so many.
+SMOOTH_EVENT_HZ, MOST_PARTS = 32_000.0, 16.0
 Floats = NDArray[np.float64]
 
 
@@ -61,6 +64,34 @@ def derivatives(t_s: Floats, at_steps: NDArray[np.int64], machine: Machine, wind
     q = np.stack([np.interp(grid, t, path[:, ax]) for ax in range(3)], axis=1)
     v = (q[10:] - q[:-10]) / window_s
     return v, (v[10:] - v[:-10]) / window_s
+
+
+def noise_steps(speed_mm_s: Floats, machine: Machine) -> Floats:
+    """How many steps each axis may be from where it is due, because all axes step at the dominant axis' events.
+
+    At f steps/s and events that are E apart it is f E, at most 1. A step comes at the nearest event, up to E/2 early or
+    late; and a segment makes just the steps that are due in it (core/step/prep.c), so all of them may be shifted by
+    E/2 more. The dominant axis makes the events, so it is exact. It has more steps than any other: surely, if it is
+    faster by two steps in each segment.
+    """
+    hz = np.abs(speed_mm_s) * np.array(machine.steps_per_mm)
+    fastest_hz = np.maximum(hz.max(axis=1, keepdims=True), 1.0)
+    event_s = np.minimum(1 / fastest_hz, np.maximum(1 / SMOOTH_EVENT_HZ, 1 / (MOST_PARTS * fastest_hz)))
+    others_hz = np.stack([np.delete(hz, ax, axis=1).max(axis=1) for ax in range(hz.shape[1])], axis=1)
+    segment_s = 0.002 if machine.deviation_mm > 0 else 0.0005
+    return np.where(hz > others_hz + 2 / segment_s, 0.0, hz * event_s)
+
+
+def grain_mm_s2(speed_mm_s: Floats, machine: Machine, window_s: float) -> Floats:
+    """Of each acceleration that belongs to these speeds: what may be steps, and no motion.
+
+    With g = noise_steps(), a position that is interpolated between steps is at most g + 1/2 before its axis and 1/2
+    after it: within (1 + g)/2 of the middle. An acceleration is q(t + W) - 2 q(t) + q(t - W), so it may have four times
+    that. Half of it, 2 steps, is what the dominant axis has near to rest.
+    """
+    noise = noise_steps(speed_mm_s, machine)
+    steps = 2.0 + 2.0 * np.maximum(noise[10:], noise[:-10])
+    return steps / (np.array(machine.steps_per_mm) * window_s**2)
 
 
 def accelerations(t_s: Floats, at_steps: NDArray[np.int64], machine: Machine) -> list[float]:

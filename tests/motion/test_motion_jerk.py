@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 import random
+from dataclasses import replace
 
+import lawful
 import numpy as np
 import pytest
+from lawful import Machine
 from motion_host import AXES, BASELINE, Host, Run
 from numpy.typing import NDArray
 
@@ -207,6 +210,25 @@ def test_the_least_jerk_takes_long_and_ends(host: Host, jerk: float, deviation: 
         window_s = 0.1
         grain = 1 / (STEPS_PER_MM * window_s**2)
         assert np.abs(derivatives(run, window_s)[2]).max() <= jerk + 4 * grain / window_s
+
+
+@pytest.mark.parametrize(
+    ("steps_per_mm", "accel_mm_s2", "jerk", "shaper"),
+    [(2000.0, 50.0, 100.0, ()), (4000.0, 500.0, 1000.0, ()), (1500.0, 50.0, 100.0, (4, 5.0, 0.1))],
+    ids=["300,000 steps/s", "600,000 steps/s", "225,000 steps/s, shaped"],
+)
+def test_a_long_mean_of_fast_steps_is_none_too_long(
+    steps_per_mm: float, accel_mm_s2: float, jerk: float, shaper: tuple[float, ...]
+) -> None:
+    """2 A / J is a second: that of so many steps, times ns, would not fit 64 bits. The monitor watches the limits."""
+    machine = Machine((steps_per_mm,) * 3, (9_000.0,) * 3, (accel_mm_s2,) * 3, jerk_mm_s3=jerk, deviation_mm=0.0)
+    machine = replace(machine, shapers=(shaper,) * 3 if shaper else ())
+    fast = machine.host()
+    run = fast.run("G0X1500\nX0\n")
+    fast.close()
+    assert run.position[0] == 0
+    speed, _ = lawful.derivatives(run.seconds(), run.positions(), machine, 0.01)
+    assert 140 < speed.max() < 150.5
 
 
 def test_an_exact_stop_is_reached_exactly(host: Host) -> None:

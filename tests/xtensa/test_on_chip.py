@@ -28,6 +28,7 @@ SETTINGS = tuple(f"${base + axis}={value}" for base, value in ((110, 5000), (120
 CYCLES_PER_TICK = 12  # of the step timer, 20 MHz
 NS_PER_CYCLE = 1000 / 240
 LATENCY_CYCLES = 2  # an instruction is done before the interrupt is taken
+REGISTER_CYCLES = 12  # so much longer is one that loads a peripheral's register, with timing: docs/espsim.md
 LINE_CYCLES = {Chip.ESP32: 912, Chip.ESP32S3: 456}  # of the cache, from flash: docs/espsim.md
 
 LINES = {
@@ -112,14 +113,15 @@ def test_with_caches_the_same_steps_as_the_pc(program: Built, tmp_path: Path, li
 
 @pytest.mark.parametrize("lines", [LINES["one axis"], LINES["fast"]], ids=["one axis", "fast"])
 def test_with_caches_steps_at_one_speed_come_evenly(program: Built, lines: str) -> None:
-    """Between the ramps: a tick of rounding, an instruction that ends first, and on an ESP32, whose core 1 has a cache
-    of its own, hardly a line of it that is waited for."""
+    """Between the ramps: a tick of rounding, an instruction that ends first, which may load the time from a register,
+    and on an ESP32, whose core 1 has a cache of its own, hardly a line of it that is waited for."""
     chip, running = chip_run(program, lines, 1000, timed=True)
     between = np.diff(chip[len(chip) // 3 : 2 * len(chip) // 3, 0])
     uneven = np.abs(between - np.median(between))
-    assert uneven.max() <= CYCLES_PER_TICK + LATENCY_CYCLES + 2 * LINE_CYCLES[program.kind]
+    even = CYCLES_PER_TICK + LATENCY_CYCLES + REGISTER_CYCLES
+    assert uneven.max() <= even + 2 * LINE_CYCLES[program.kind]
     if program.kind == Chip.ESP32:
-        assert (uneven > CYCLES_PER_TICK + LATENCY_CYCLES).sum() <= 2 * running.misses
+        assert (uneven > even).sum() <= 2 * running.misses
 
 
 @pytest.mark.parametrize("lines", [LINES["one axis"], LINES["fast"]], ids=["one axis", "fast"])
