@@ -30,6 +30,22 @@ enum machine_reads machine_reads(const struct machine *machine) {
     return machine_has_line(machine) ? MACHINE_READS_SOON : MACHINE_READS_LINES;
 }
 
+enum machine_whose machine_whose(const struct machine *machine) {
+    if (rx_aside(&machine->lines.rx) != RX_ASIDE_OPEN)
+        return MACHINE_WHOSE_NONE;
+    if (!machine->park.open)
+        return MACHINE_WHOSE_ASKED;
+    return machine->life.state == MACHINE_HOLD ? MACHINE_WHOSE_OPEN : MACHINE_WHOSE_SHUT;
+}
+
+uint8_t machine_stops(const struct machine *machine) {
+    return machine->suspend.stops;
+}
+
+size_t machine_line_room(const struct machine *machine) {
+    return rx_free(&machine->lines.rx);
+}
+
 void machine_pendant_lost(struct machine *machine) {
     const bool jogs = machine->life.state == MACHINE_JOG;
     if (jogs || machine->park.open) {
