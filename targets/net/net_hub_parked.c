@@ -261,6 +261,10 @@ static void feed_shut(struct net_hub *hub, struct net_client *owner) {
 bool net_hub_keep_resume(struct net_hub *hub) {
     if (!hub->parked.on || net_hub_operators_bytes(hub) == 0)
         return false;
+    hub->ops->act(hub->ctx); /* stops that came before it */
+    net_hub_follow_parked(hub);
+    if (!hub->parked.on)
+        return false;
     if (whose(hub) == MACHINE_WHOSE_SHUT) {
         feed_shut(hub, hub->owner);
         return false;
