@@ -4,6 +4,7 @@
 
 #include "machine/parts.h"
 #include "machine/report.h"
+#include "machine/tool_change.h"
 
 /* The operator's lines are answered before those of the job: one of these that is not makes others wait. */
 static enum machine_reads reads_parked(const struct machine *machine) {
@@ -32,7 +33,7 @@ enum machine_reads machine_reads(const struct machine *machine) {
 
 enum machine_whose machine_whose(const struct machine *machine) {
     if (rx_aside(&machine->lines.rx) != RX_ASIDE_OPEN)
-        return MACHINE_WHOSE_NONE;
+        return tool_change_goes(machine) ? MACHINE_WHOSE_TOOL : MACHINE_WHOSE_NONE;
     if (!machine->park.open)
         return MACHINE_WHOSE_ASKED;
     return machine->life.state == MACHINE_HOLD ? MACHINE_WHOSE_OPEN : MACHINE_WHOSE_SHUT;

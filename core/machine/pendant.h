@@ -19,6 +19,7 @@ enum machine_reads machine_reads(const struct machine *machine);
 /** Of whom lines are that come now: between 0xA3 and ~ they are the operator's (park.h). */
 enum machine_whose {
     MACHINE_WHOSE_NONE,  /* lines are the job's */
+    MACHINE_WHOSE_TOOL,  /* the same; but behind an M6 ($341) $J= needs no 0xA3 (lines.c) */
     MACHINE_WHOSE_ASKED, /* the operator's, as soon as the axes rest */
     MACHINE_WHOSE_OPEN,  /* the operator's, and they are read */
     MACHINE_WHOSE_SHUT   /* the operator's; behind a door none is read */

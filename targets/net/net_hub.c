@@ -401,12 +401,11 @@ static bool has_turns(const struct net_hub *hub) {
            (owner != NULL && owner->whole > 0 && net_line_is_marked(net_queue_head(&owner->in)));
 }
 
-/* Lines of former owners first, and until they are answered no other: a tool change reads lines behind its
- * own without 0xA3 (core/machine/lines.c), and its answer is not the next one then. */
+/* Lines of former owners first. */
 static bool feed_job(struct net_hub *hub) {
     if (hub->left.count > 0)
         return feed_left(hub);
-    return hub->inside_left == 0 && net_hub_feeds_owner(hub) && feed_owner(hub, hub->owner);
+    return net_hub_feeds_owner(hub) && net_hub_may_follow_left(hub) && feed_owner(hub, hub->owner);
 }
 
 bool net_hub_feed(struct net_hub *hub) {

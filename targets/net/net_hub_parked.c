@@ -20,6 +20,14 @@ static enum machine_whose whose(const struct net_hub *hub) {
     return hub->ops->whose != NULL ? hub->ops->whose(hub->ctx) : MACHINE_WHOSE_NONE;
 }
 
+static bool is_operators(enum machine_whose lines) {
+    return lines != MACHINE_WHOSE_NONE && lines != MACHINE_WHOSE_TOOL;
+}
+
+bool net_hub_may_follow_left(const struct net_hub *hub) {
+    return hub->inside_left == 0 || whose(hub) != MACHINE_WHOSE_TOOL;
+}
+
 static size_t count_lines(const char *lines, size_t count) {
     size_t found = 0;
     for (size_t at = 0; at < count; at++)
@@ -184,12 +192,12 @@ void net_hub_follow_parked(struct net_hub *hub) {
     look_at_stops(hub);
     const enum machine_whose now = whose(hub);
     const bool resumes = hub->parked.on && hub->parked.resumes;
-    if (now != MACHINE_WHOSE_NONE && !hub->parked.on)
+    if (is_operators(now) && !hub->parked.on)
         begin(hub);
     hub->parked.opened |= now == MACHINE_WHOSE_OPEN || now == MACHINE_WHOSE_SHUT;
-    if (resumes && (now == MACHINE_WHOSE_SHUT || now == MACHINE_WHOSE_NONE || hub->parked.before_resume == 0))
+    if (resumes && (now == MACHINE_WHOSE_SHUT || !is_operators(now) || hub->parked.before_resume == 0))
         resume(hub);
-    else if (hub->parked.on && now == MACHINE_WHOSE_NONE)
+    else if (hub->parked.on && !is_operators(now))
         end(hub);
 }
 
