@@ -404,8 +404,8 @@ static bool has_turns(const struct net_hub *hub) {
 /* Lines of former owners first. */
 static bool feed_job(struct net_hub *hub) {
     if (hub->left.count > 0)
-        return feed_left(hub);
-    return net_hub_feeds_owner(hub) && net_hub_may_follow_left(hub) && feed_owner(hub, hub->owner);
+        return net_hub_may_follow_left(hub, hub->left_of) && feed_left(hub);
+    return net_hub_feeds_owner(hub) && net_hub_may_follow_left(hub, 0) && feed_owner(hub, hub->owner);
 }
 
 bool net_hub_feed(struct net_hub *hub) {

@@ -24,8 +24,9 @@ static bool is_operators(enum machine_whose lines) {
     return lines != MACHINE_WHOSE_NONE && lines != MACHINE_WHOSE_TOOL;
 }
 
-bool net_hub_may_follow_left(const struct net_hub *hub) {
-    return hub->inside_left == 0 || whose(hub) != MACHINE_WHOSE_TOOL;
+bool net_hub_may_follow_left(const struct net_hub *hub, uint8_t of) {
+    return hub->inside_left == 0 || (of > 0 && of == hub->inside_of[hub->inside_left - 1]) ||
+           whose(hub) != MACHINE_WHOSE_TOOL;
 }
 
 static size_t count_lines(const char *lines, size_t count) {

@@ -159,15 +159,29 @@ def test_a_reset_forgets_both(hub: HubHosts) -> None:
     assert answers(hub.after(1, "$X\nG91G1X1F600\n")) == ["ok", "ok"]
 
 
-def test_who_takes_control_in_a_tool_change_answers_no_line_of_the_job(hub: HubHosts) -> None:
-    """Its lines wait: without 0xA3 they would be taken for lines behind M6."""
+def wait_for_tool(hub: HubHosts) -> None:
     make_homing(hub)
     hub.fine("$100=250", "$101=250", "$102=250", "$341=1")
     assert answers(hub.after(60, "$H\n")) == ["ok"]
     hub.after(5, "G53G0X-10Y-10Z-10\n")
     assert answers(hub.after(3, "T1M6\n")) == [] and hub.state() == "Tool"
     hub.heard_of(1)
+
+
+def test_who_takes_control_in_a_tool_change_answers_no_line_of_the_job(hub: HubHosts) -> None:
+    """Its lines wait: without 0xA3 they would be taken for lines behind M6."""
+    wait_for_tool(hub)
     hub.put_of(1, "$TAKE\n$G\n")
     assert answers(hub.after(REST_S)) == answers(hub.heard_of(1)) == []
     assert operate(hub, 1, "\xa3$J=G91X1F600\n") == ["ok"]
     assert operate(hub, 1, "~", RETURN_S) == ["ok", "ok"] and hub.state() == "Idle"
+
+
+def test_who_had_control_in_a_tool_change_measures_nothing_behind_it(hub: HubHosts) -> None:
+    wait_for_tool(hub)
+    at = hub.position()
+    hub.put_of(1, "$TAKE\n$TPW\n")
+    hub.put_of(2, "$TAKE\n")
+    assert answers(hub.after(3)) == answers(hub.heard_of(1)) == [] and hub.position() == at
+    hub.heard_of(2)
+    assert operate(hub, 2, "~", RETURN_S)[-1:] == ["ok"] and hub.state() == "Idle"
