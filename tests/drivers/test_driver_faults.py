@@ -304,7 +304,7 @@ def test_settings_that_change_at_any_moment_are_never_taken_for_a_reset(kind: in
 
 @pytest.mark.parametrize("moves", [False, True])
 def test_a_fault_in_a_parked_hold_is_an_alarm_in_its_time(moves: bool) -> None:
-    """What has the same cause is waited for; the controller, and with it the simulator's time, goes on meanwhile."""
+    """What has the same cause is waited for; the controller, and with it the simulator's time, continues meanwhile."""
     grbl = make(TMC2209)
     grbl.after(0.5, "M0\n")
     assert "Parked" in grbl.after(0.1, "\xa3")
