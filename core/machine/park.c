@@ -130,6 +130,7 @@ void park_drop(struct machine *machine) {
 void park_stop(struct machine *machine) {
     struct machine_park *park = &machine->park;
     dial_stop(machine);
+    suspend_count_stop(&machine->suspend);
     park->resume_asked = false;
     park->stops = park->open;
     tool_change_stop(&machine->tool_change);

@@ -4,6 +4,7 @@
 
 #include "machine/parts.h"
 #include "machine/report.h"
+#include "machine/tool_change.h"
 
 /* The operator's lines are answered before those of the job: one of these that is not makes others wait. */
 static enum machine_reads reads_parked(const struct machine *machine) {
@@ -28,6 +29,22 @@ enum machine_reads machine_reads(const struct machine *machine) {
     if (!is_free(machine))
         return MACHINE_READS_NOTHING;
     return machine_has_line(machine) ? MACHINE_READS_SOON : MACHINE_READS_LINES;
+}
+
+enum machine_whose machine_whose(const struct machine *machine) {
+    if (rx_aside(&machine->lines.rx) != RX_ASIDE_OPEN)
+        return tool_change_goes(machine) ? MACHINE_WHOSE_TOOL : MACHINE_WHOSE_NONE;
+    if (!machine->park.open)
+        return MACHINE_WHOSE_ASKED;
+    return machine->life.state == MACHINE_HOLD ? MACHINE_WHOSE_OPEN : MACHINE_WHOSE_SHUT;
+}
+
+uint8_t machine_stops(const struct machine *machine) {
+    return machine->suspend.stops;
+}
+
+size_t machine_line_room(const struct machine *machine) {
+    return rx_free(&machine->lines.rx);
 }
 
 void machine_pendant_lost(struct machine *machine) {

@@ -13,8 +13,14 @@ struct machine_suspend {
     bool restores;          /* the door was closed, spindle and coolant start again */
     bool cancels;           /* a jog is being cancelled */
     bool hold_waits;        /* ! while M53 P0 is in force */
+    uint8_t stops;          /* behind which a `~` that waits counts no more; wraps */
     enum suspend_tool tool; /* behind the door, in a hold */
 };
+
+/** A `~` from before counts no more. */
+static inline void suspend_count_stop(struct machine_suspend *suspend) {
+    suspend->stops++;
+}
 
 /** No hold, no way back, no jog to cancel. */
 static inline void suspend_forget(struct machine_suspend *suspend) {

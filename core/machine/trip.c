@@ -24,8 +24,8 @@ void trip_hold(struct machine *machine) {
         suspend_force_hold(machine);
     else if (state == MACHINE_JOG && !machine->suspend.cancels)
         jog_cancel(machine);
-    else if (machine->park.open)
-        park_stop(machine);
+    else if (machine->park.open && (!drive_is_stopped(machine) || machine->park.resume_asked))
+        park_stop(machine); /* once: it is something that happens, for which no clock advances */
 }
 
 static bool is_stopped(const struct machine *machine) {

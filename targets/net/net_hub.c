@@ -12,6 +12,8 @@
  */
 enum { READ_SIZE = 1024, READ_REFUSED = 128 };
 
+enum { LONGEST_LINE = 1024 }; /* with all its blanks and comments */
+
 static const char take_line[] = "$TAKE";
 
 enum { TAKE_LENGTH = sizeof take_line - 1 };
@@ -27,6 +29,7 @@ void net_hub_init(struct net_hub *hub, const struct net_hub_sizes *sizes, const 
 void net_hub_set_owner(struct net_hub *hub, struct net_client *client) {
     char text[NET_NAME_SIZE + 32];
     struct net_client *before = hub->owner;
+    net_hub_leave_parked(hub);
     hub->owner = NULL;
     for (struct net_client *other = hub->client; other < hub->client + NET_CLIENTS; other++)
         other->in_left = net_hub_waits_in_left(hub, other);
@@ -37,6 +40,7 @@ void net_hub_set_owner(struct net_hub *hub, struct net_client *client) {
     net_hub_note_left(hub, 0, net_hub_owners_inside(hub)); /* where no one was the owner */
     for (struct net_client *other = hub->client; other < hub->client + NET_CLIENTS; other++)
         other->hears_left = other != client;
+    net_hub_follow_parked(hub);
     if (client == NULL) {
         net_hub_tell_observers(hub, net_hub_nobody);
         return;
@@ -342,7 +346,14 @@ uint32_t net_hub_lines_allowed(const struct net_hub *hub) {
     return room < NET_LINES_INSIDE ? (uint32_t)room : NET_LINES_INSIDE;
 }
 
-size_t net_hub_feed_lines(struct net_hub *hub, struct net_queue *queue, size_t count, uint32_t allowed) {
+/* What is longer than any line is refused: it goes in pieces. */
+static bool leaves_room(const struct net_hub *hub, size_t size, size_t keep) {
+    return keep == 0 || hub->ops->room == NULL || size > LONGEST_LINE ||
+           size + keep <= hub->ops->room(hub->ctx);
+}
+
+size_t net_hub_feed_lines(struct net_hub *hub, struct net_queue *queue, size_t count, uint32_t allowed,
+                          size_t keep) {
     size_t fed = 0;
     while (fed < count && hub->inside < allowed) {
         const char *line = net_queue_head(queue);
@@ -350,6 +361,8 @@ size_t net_hub_feed_lines(struct net_hub *hub, struct net_queue *queue, size_t c
             break;
         const char *line_end = memchr(line, '\n', count - fed);
         size_t size = line_end == NULL ? count - fed : (size_t)(line_end + 1 - line);
+        if (!leaves_room(hub, size, keep))
+            break;
         size_t piece = hub->has_spoiled ? net_line_sound(line, size) : size;
         size_t took = piece > 0 ? hub->ops->put(hub->ctx, line, piece) : hub->ops->spoil(hub->ctx);
         net_queue_drop(queue, took);
@@ -363,16 +376,17 @@ size_t net_hub_feed_lines(struct net_hub *hub, struct net_queue *queue, size_t c
 
 static bool feed_left(struct net_hub *hub) {
     uint32_t before = hub->inside;
-    size_t fed = net_hub_feed_lines(hub, &hub->left, hub->left.count, net_hub_lines_allowed(hub));
+    size_t fed =
+        net_hub_feed_lines(hub, &hub->left, hub->left.count, net_hub_lines_allowed(hub), NET_OPERATOR_BYTES);
     net_hub_note_left(hub, hub->left_of, hub->inside - before);
     return fed > 0;
 }
 
 /* A line longer than the queue continues as it comes: the controller will refuse it. */
 static bool feed_owner(struct net_hub *hub, struct net_client *owner) {
-    bool too_long = owner->whole == 0 && owner->in.count == hub->sizes.in;
+    bool too_long = owner->whole == 0 && owner->in.count >= hub->sizes.in;
     size_t count = too_long ? owner->in.count : owner->whole;
-    size_t fed = net_hub_feed_lines(hub, &owner->in, count, net_hub_lines_allowed(hub));
+    size_t fed = net_hub_feed_lines(hub, &owner->in, count, net_hub_lines_allowed(hub), NET_OPERATOR_BYTES);
     if (fed == 0)
         return false;
     owner->in_long = too_long;
@@ -387,14 +401,22 @@ static bool has_turns(const struct net_hub *hub) {
            (owner != NULL && owner->whole > 0 && net_line_is_marked(net_queue_head(&owner->in)));
 }
 
+/* Lines of former owners first. */
+static bool feed_job(struct net_hub *hub) {
+    if (hub->left.count > 0)
+        return net_hub_may_follow_left(hub, hub->left_of) && feed_left(hub);
+    return net_hub_feeds_owner(hub) && net_hub_may_follow_left(hub, 0) && feed_owner(hub, hub->owner);
+}
+
 bool net_hub_feed(struct net_hub *hub) {
     if (hub->stops || hub->resets)
         net_hub_end_stop(hub);
+    net_hub_follow_parked(hub);
     const bool answered = has_turns(hub) && net_hub_answer_turns(hub);
     const bool pendants = hub->has_pendants && net_hub_feed_pendants(hub);
     if (hub->has_pendants && net_hub_waits_for_pendant(hub))
         return pendants || answered;
-    bool fed = hub->left.count > 0 ? feed_left(hub) : net_hub_feeds_owner(hub) && feed_owner(hub, hub->owner);
+    bool fed = hub->parked.on ? net_hub_feed_operator(hub) : feed_job(hub);
     hub->others_first = false;
     hub->operators = fed ? NULL : hub->operators;
     hub->has_spoiled &= hub->left.count > 0 || (hub->owner != NULL && hub->owner->in.count > 0);
@@ -420,7 +442,8 @@ static void say_line(struct net_hub *hub, const char *line, size_t size) {
     bool answer = net_line_begins(line, size, "ok\r") || net_line_begins(line, size, "error:");
     const bool is_news = net_line_is_news(line, size);
     const bool of_hand = hub->inside_hand > 0 && !is_news;
-    bool of_left = hub->inside_left > 0 && !is_news && !of_hand;
+    const bool of_operator = hub->parked.inside > 0 && !is_news && !of_hand;
+    bool of_left = hub->inside_left > 0 && !is_news && !of_hand && !of_operator;
     if (net_line_begins(line, size, "Grbl "))
         follow_reset(hub);
     hub->inside -= answer && hub->inside > 0;
@@ -428,9 +451,12 @@ static void say_line(struct net_hub *hub, const char *line, size_t size) {
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
         if (client->stream.ops != NULL && (report ? net_hub_gets_report(hub, client) : !client->locked) &&
             (!of_left || client->hears_left || net_hub_left_is_of(hub, client)) &&
+            (!of_operator || client != hub->owner || client == hub->parked.operator) &&
             net_hub_is_for(hub, client, is_news))
             net_hub_say(hub, client, line, size);
     hub->inside_hand = (uint8_t)(hub->inside_hand - (answer && of_hand));
+    if (answer && of_operator)
+        net_hub_count_operators(hub);
     if (answer && of_left)
         net_hub_count_left(hub);
     if (report)

@@ -58,6 +58,9 @@
  * all settings are half of it. */
 enum { NET_NAME_SIZE = 40, NET_MESSAGE_SIZE = 192, NET_LINE_SIZE = 384, NET_ANSWER_MAX = 4096 };
 
+/** Of the controller's room for lines a job leaves so much to the operator of a parked hold. */
+enum { NET_OPERATOR_BYTES = 320 };
+
 /** How much may wait in the hub, bytes. A controller with little RAM takes small ones. */
 struct net_hub_sizes {
     size_t clients; /* 1 .. NET_CLIENTS connections at the same time */
@@ -103,6 +106,19 @@ struct net_hub_ops {
     void (*pendant_left)(void *ctx);
     /** A pendant has control, or not any more: reports say so. As above */
     void (*mpg)(void *ctx, bool on);
+    /** Of whom lines are that it gets now. NULL: of the job in any case */
+    enum machine_whose (*whose)(void *ctx);
+    /** Stops so far, wraps: a ~ from before one counts no more. NULL as above */
+    uint8_t (*stops)(void *ctx);
+    /** Bytes of lines that it would take now. NULL where `whose` is */
+    size_t (*room)(void *ctx);
+};
+
+/** Lines of a client that wait. */
+struct net_hub_lines {
+    struct net_queue in;
+    size_t whole;
+    bool in_long, called_off, skips; /* as those of net_client */
 };
 
 struct net_client {
@@ -144,6 +160,19 @@ struct net_client {
     uint8_t letters;     /* of these; UINT8_MAX: too many. Of a locked client: whether it has a question */
 };
 
+/** The owner's lines in a parked hold (net_hub_parked.c). */
+struct net_hub_parked {
+    bool on;                     /* lines of the owner are the operator's */
+    bool opened;                 /* ... and the controller has read such lines, or would have */
+    bool resumes;                /* ~ waits for them */
+    uint8_t stops;               /* ... which counts no more when there are others than these */
+    uint8_t inside;              /* so many the controller has, and answers before all others */
+    size_t before_resume;        /* while `resumes`: lines of the owner's before the ~ */
+    struct net_client *operator; /* whose they are */
+    struct net_queue unread;     /* lines of it that are refused behind their answers */
+    struct net_hub_lines job;    /* the owner's from before 0xA3 */
+};
+
 struct net_hub {
     const struct net_hub_ops *ops;
     void *ctx;
@@ -160,6 +189,7 @@ struct net_hub {
     bool others_first;         /* a pendant has had its turn, and others wait */
     bool sender_lost; /* in a pendant's turn, whose motion continues: the controller learns it after it */
     struct net_client *operators; /* the newest line of a parked hold's operator was this pendant's */
+    struct net_hub_parked parked;
     uint64_t owner_peer;   /* address of the owner or of the last one, whom a place is kept for; 0: none */
     uint32_t now_us;       /* of the last net_hub_tick() */
     struct net_queue left; /* whole lines of former owners that the controller has not got yet (net_line.h) */

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT
  * What the hub's files share: net_hub.c has lines and owners, net_hub_left.c lines of former owners,
  * net_hub_stop.c stops, net_hub_say.c messages, net_hub_reports.c reports, net_hub_places.c connections,
- * net_hub_access.c who is let in, net_hub_pendant.c pendants, net_hub_qr.c the code of $QR, net_hub_turn.c
- * when lines that the hub answers have their turn. */
+ * net_hub_access.c who is let in, net_hub_pendant.c pendants, net_hub_parked.c the operator of a parked
+ * hold, net_hub_qr.c the code of $QR, net_hub_turn.c when lines that the hub answers have their turn. */
 #ifndef WIFICNC_NET_HUB_INNER_H
 #define WIFICNC_NET_HUB_INNER_H
 
@@ -69,8 +69,9 @@ void net_hub_set_owner(struct net_hub *hub, struct net_client *client);
 void net_hub_end_line(struct net_hub *hub, struct net_client *client);
 
 /** Give the first `count` bytes of the queue to the controller, line by line.
- *  @param allowed  so many lines may be inside @return bytes that it took */
-size_t net_hub_feed_lines(struct net_hub *hub, struct net_queue *queue, size_t count, uint32_t allowed);
+ *  @param allowed  so many lines may be inside @param keep  of its room @return bytes that it took */
+size_t net_hub_feed_lines(struct net_hub *hub, struct net_queue *queue, size_t count, uint32_t allowed,
+                          size_t keep);
 
 /** Lines that may be inside the controller, so that the owner's queue has room for their answers. */
 uint32_t net_hub_lines_allowed(const struct net_hub *hub);
@@ -80,7 +81,7 @@ void net_hub_write(struct net_client *client);
 
 /** The owner's lines that the controller has not answered. */
 static inline uint32_t net_hub_owners_inside(const struct net_hub *hub) {
-    return hub->inside - hub->inside_left - hub->inside_hand;
+    return hub->inside - hub->inside_left - hub->inside_hand - hub->parked.inside;
 }
 
 /** Hubs whose clients from elsewhere are locked out until they are known. */
@@ -217,6 +218,44 @@ void net_hub_end_turns(struct net_hub *hub);
 /** This line of the controller is for the client, as far as pendants decide that. */
 bool net_hub_is_for(const struct net_hub *hub, const struct net_client *client, bool is_news);
 
+/* ---- net_hub_parked.c ---- */
+
+/** Whether the controller takes lines for the operator's. Before they are fed, and behind a byte that changes
+ * it. */
+void net_hub_follow_parked(struct net_hub *hub);
+
+/** ~ waits for lines of the operator. @return false: there are none */
+bool net_hub_keep_resume(struct net_hub *hub);
+
+/** A stop comes: the ~ that waits is before it. */
+void net_hub_put_kept_resume(struct net_hub *hub);
+
+/** The owner is it no more: its lines are those of the job. */
+void net_hub_leave_parked(struct net_hub *hub);
+
+/** The controller has forgotten all lines. */
+void net_hub_forget_parked(struct net_hub *hub);
+
+/** Lines may come behind those of former owners that are not answered. A tool change might take them for the
+ * operator's, whose answers come first. @param of  as hub->left_of; 0: of the owner, or of one that is gone
+ */
+bool net_hub_may_follow_left(const struct net_hub *hub, uint8_t of);
+
+/** @return true: it took something */
+bool net_hub_feed_operator(struct net_hub *hub);
+
+/** The operator's line was answered. */
+void net_hub_count_operators(struct net_hub *hub);
+
+/** Of the owner's queue: whole lines that are the operator's. */
+size_t net_hub_operators_bytes(const struct net_hub *hub);
+void net_hub_drop_operators(struct net_hub *hub, size_t count);
+
+/** For an answer, whatever waits of the job. */
+static inline bool net_hub_has_room_for_operator(const struct net_hub *hub, const struct net_client *owner) {
+    return owner->out.count + NET_ANSWER_MAX <= hub->sizes.out;
+}
+
 /* ---- net_hub_qr.c ---- */
 
 /** @return false: it is another line, or this controller has no page */
@@ -232,6 +271,9 @@ bool net_hub_mark_line(const struct net_hub *hub, struct net_client *owner);
 
 /** Lines of an observer are answered immediately, behind those that it has sent as the owner. */
 void net_hub_answer_observer(struct net_hub *hub, struct net_client *client, const char *line, size_t size);
+
+/** The same of one whose turn it is. */
+void net_hub_answer_line(struct net_hub *hub, struct net_client *client, const char *line, size_t size);
 
 /** A line that finds no room has no effect, and is refused in its turn. */
 void net_hub_lose_line(struct net_hub *hub, struct net_client *client);

@@ -82,7 +82,7 @@ void net_hub_end_mpg(struct net_hub *hub, struct net_client *by) {
 /* Nothing of anyone else is under way: an answer that comes next is the pendant's. */
 static bool may_begin(const struct net_hub *hub, enum machine_reads now) {
     const bool half_line = hub->owner != NULL && hub->owner->in_long;
-    if (hub->hand != NULL || hub->inside_hand > 0 || half_line)
+    if (hub->hand != NULL || hub->inside_hand > 0 || hub->parked.inside > 0 || half_line)
         return false;
     return now == MACHINE_READS_OPERATORS || (now == MACHINE_READS_LINES && hub->inside == 0);
 }
@@ -283,7 +283,7 @@ static bool feed_hand(struct net_hub *hub, struct net_client *client) {
         if (!may_feed(hub, client))
             break;
         const uint32_t before = hub->inside;
-        const size_t fed = net_hub_feed_lines(hub, &client->in, first_line(client), before + 1);
+        const size_t fed = net_hub_feed_lines(hub, &client->in, first_line(client), before + 1, 0);
         client->whole -= fed;
         client->told = false;
         hub->inside_hand = (uint8_t)(hub->inside_hand + hub->inside - before);

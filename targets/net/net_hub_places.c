@@ -71,6 +71,8 @@ void net_hub_remove_client(struct net_hub *hub, struct net_client *client) {
     if (client->in_left)
         net_hub_end_turns_of(hub, client);
     net_hub_disown_left(hub, client);
+    if (client == hub->parked.operator)
+        hub->parked.operator = NULL;
     if (client == hub->sender)
         lose_sender(hub);
     if (net_hub_is_pendant(client))
@@ -119,6 +121,7 @@ void net_hub_close(struct net_hub *hub) {
         if (client->stream.ops != NULL)
             net_hub_remove_client(hub, client);
     net_queue_free(&hub->left);
+    net_hub_forget_parked(hub);
 }
 
 /* ---- newcomers ---- */

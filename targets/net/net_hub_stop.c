@@ -22,6 +22,11 @@ void net_hub_call_off_jogs(struct net_client *client) {
 
 static void call_off_all_jogs(struct net_hub *hub, const struct net_client *but) {
     struct net_queue *left = &hub->left;
+    struct net_hub_lines *job = &hub->parked.job;
+    if (job->in.count > 0) {
+        job->called_off = job->in.count > job->whole;
+        job->whole = net_line_empty_jogs(job->in.bytes + job->in.begin, job->whole, &job->in.count);
+    }
     if (left->count > 0)
         (void)net_line_empty_jogs(left->bytes + left->begin, left->count, &left->count);
     /* cppcheck-suppress nullPointerArithmeticRedundantCheck ; `but` may be NULL, `client` never is */
@@ -53,6 +58,7 @@ void net_hub_forget_lines(struct net_hub *hub, const struct net_client *by) {
         else
             client->lost_lines = 0;
     net_queue_drop(&hub->left, hub->left.count);
+    net_hub_forget_parked(hub);
     net_hub_end_turns(hub);
 }
 
@@ -67,6 +73,10 @@ static void reset(struct net_hub *hub, const struct net_client *by) {
 
 void net_hub_put_realtime(struct net_hub *hub, struct net_client *client, uint8_t byte) {
     const char character = (char)byte;
+    if (byte == '!' || byte == JOG_CANCEL || byte == DOOR)
+        net_hub_put_kept_resume(hub);
+    if (byte == '~' && net_hub_keep_resume(hub))
+        return;
     if (byte == RESET)
         reset(hub, client);
     else if (byte == '?' && !net_hub_may_ask(hub))
@@ -75,6 +85,10 @@ void net_hub_put_realtime(struct net_hub *hub, struct net_client *client, uint8_
         hub->asked |= byte == '?' || byte == FULL_STATUS;
         hub->ops->put(hub->ctx, &character, 1);
     }
+    if (byte == PARK) /* it may be refused: then lines behind it are the job's */
+        hub->ops->act(hub->ctx);
+    if (byte == PARK || byte == '~')
+        net_hub_follow_parked(hub);
     if (byte == RESET) {
         hub->resets = true;
         hub->reset_by = client;

@@ -51,7 +51,7 @@ static void answer(struct net_hub *hub, struct net_client *client, const char *l
         net_hub_answer_access(hub, client, line, size);
 }
 
-static void answer_now(struct net_hub *hub, struct net_client *client, const char *line, size_t size) {
+void net_hub_answer_line(struct net_hub *hub, struct net_client *client, const char *line, size_t size) {
     if (is_its_line(hub, line, size)) {
         answer(hub, client, line, size);
     } else if (size == 0) {
@@ -88,7 +88,7 @@ void net_hub_lose_line(struct net_hub *hub, struct net_client *client) {
 void net_hub_answer_observer(struct net_hub *hub, struct net_client *client, const char *line, size_t size) {
     client->in_left = net_hub_waits_in_left(hub, client);
     if (client->lost_lines == 0 && !client->in_left)
-        answer_now(hub, client, line, size);
+        net_hub_answer_line(hub, client, line, size);
     else if (client->lost_lines > 0 || !add_to_left(hub, mark_of(hub, client), line, size))
         net_hub_lose_line(hub, client);
 }
@@ -101,17 +101,25 @@ static size_t first_line(const char *lines, size_t count) {
     return end == NULL ? count : (size_t)(end + 1 - lines);
 }
 
-/* What follows the revocation of one's own trust is not read any more. Lines of others do not keep an owner
- * waiting, but what it had sent before it lost control does. */
+/* The controller has answered all of the owner before its first line. Lines of others do not keep it waiting,
+ * but what it had sent before it lost control does, unless it is the operator of a parked hold. */
+static bool is_turn_of(const struct net_hub *hub, const struct net_client *owner) {
+    if (hub->parked.inside > 0)
+        return false;
+    if (hub->parked.on)
+        return net_hub_operators_bytes(hub) > 0 && net_hub_has_room_for_operator(hub, owner);
+    return net_hub_owners_inside(hub) == 0 && net_hub_lines_allowed(hub) > 0 &&
+           !net_hub_waits_in_left(hub, owner);
+}
+
+/* What follows the revocation of one's own trust is not read any more. */
 static bool answer_owner(struct net_hub *hub, struct net_client *owner) {
     bool any = false;
-    while (owner->whole > 0 && net_line_is_marked(net_queue_head(&owner->in)) &&
-           net_hub_owners_inside(hub) == 0 && net_hub_lines_allowed(hub) > 0 && net_hub_is_open(owner) &&
-           !net_hub_waits_in_left(hub, owner)) {
+    while (owner->whole > 0 && net_line_is_marked(net_queue_head(&owner->in)) && net_hub_is_open(owner) &&
+           is_turn_of(hub, owner)) {
         const size_t size = first_line(net_queue_head(&owner->in), owner->whole);
-        answer_now(hub, owner, net_queue_head(&owner->in) + 1, size - 2);
-        net_queue_drop(&owner->in, size);
-        owner->whole -= size;
+        net_hub_answer_line(hub, owner, net_queue_head(&owner->in) + 1, size - 2);
+        net_hub_drop_operators(hub, size);
         if (owner->refused)
             net_hub_drop_lines(owner);
         any = true;
@@ -138,7 +146,7 @@ static bool answer_left(struct net_hub *hub) {
         const size_t size = first_line(line, hub->left.count);
         struct net_client *client = marked_client(hub, line);
         if (has_room(hub, client))
-            answer_now(hub, client, line + 1, size - 2);
+            net_hub_answer_line(hub, client, line + 1, size - 2);
         else
             refuse_for_want_of_room(hub, client);
         net_queue_drop(&hub->left, size);
@@ -165,7 +173,9 @@ static bool refuse_all_lost(struct net_hub *hub) {
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++) {
         if (client->lost_lines == 0 || net_hub_is_pendant(client))
             continue;
-        any |= !net_hub_waits_in_left(hub, client) && refuse_lost(hub, client);
+        const bool waits =
+            net_hub_waits_in_left(hub, client) || (hub->parked.inside > 0 && client == hub->parked.operator);
+        any |= !waits && refuse_lost(hub, client);
         hub->has_lost |= client->lost_lines > 0;
     }
     return any;
@@ -192,7 +202,7 @@ void net_hub_end_turns_of(struct net_hub *hub, struct net_client *client) {
         size = first_line(lines + from, end - from);
         if (net_line_is_marked(lines + from) && marked_client(hub, lines + from) == client) {
             if (!is_shut_out(hub, client))
-                answer_now(hub, client, lines + from + 1, size - 2);
+                net_hub_answer_line(hub, client, lines + from + 1, size - 2);
             continue;
         }
         memmove(lines + to, lines + from, size);

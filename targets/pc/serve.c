@@ -129,6 +129,18 @@ static enum machine_reads reads(void *ctx) {
     return host_reads(serve->host);
 }
 
+static enum machine_whose whose(void *ctx) {
+    return machine_whose(host_machine(((struct serve *)ctx)->host));
+}
+
+static uint8_t stops(void *ctx) {
+    return machine_stops(host_machine(((struct serve *)ctx)->host));
+}
+
+static size_t room(void *ctx) {
+    return machine_line_room(host_machine(((struct serve *)ctx)->host));
+}
+
 static void pendant_left(void *ctx) {
     struct serve *serve = ctx;
     host_pendant_lost(serve->host);
@@ -332,7 +344,10 @@ struct serve *serve_create(const struct serve_options *options, struct serve_fai
                                            .presses = presses,
                                            .reads = reads,
                                            .pendant_left = pendant_left,
-                                           .mpg = mpg};
+                                           .mpg = mpg,
+                                           .whose = whose,
+                                           .stops = stops,
+                                           .room = room};
     /* Real-time bytes act when they are read: room for what a sender pours without counting. */
     static const struct net_hub_sizes sizes = {
         .clients = NET_CLIENTS, .in = 16 << 20, .out = 256 * 1024, .left = 32 << 20};

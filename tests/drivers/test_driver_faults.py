@@ -5,8 +5,10 @@ from __future__ import annotations
 import operator
 from collections.abc import Collection, Iterator
 from functools import partial
+from threading import Thread
 
 import pytest
+from c_library import LIB
 from driver_grbl import (
     CHOPCONF,
     CROSSED,
@@ -29,6 +31,8 @@ from driver_grbl import (
     DriverGrbl,
     make,
 )
+from grbl_host import HZ
+from patience import HANG_S
 from slow import cases_but, deep_but
 from wificnc.sim.native import Tasks
 
@@ -296,3 +300,20 @@ def test_settings_that_change_at_any_moment_are_never_taken_for_a_reset(kind: in
         assert said.replace("ok\r\n", "") == "", said
     grbl.after(0.3)
     assert [row[-1] for row in grbl.rows()] == ["0"] * 3
+
+
+@pytest.mark.parametrize("moves", [False, True])
+def test_a_fault_in_a_parked_hold_is_an_alarm_in_its_time(moves: bool) -> None:
+    """What has the same cause is waited for; the controller, and with it the simulator's time, continues meanwhile."""
+    grbl = make(TMC2209)
+    grbl.after(0.5, "M0\n")
+    assert "Parked" in grbl.after(0.1, "\xa3")
+    if moves:
+        grbl.after(0.1, "$J=G91X30F600\n")
+    grbl.faults(0, UNDERVOLTAGE)
+    until = LIB.host_time_ticks(grbl._host) + 2 * HZ
+    runs = Thread(target=LIB.host_run_until, args=(grbl._host, until), daemon=True)
+    runs.start()
+    runs.join(HANG_S)
+    assert not runs.is_alive(), "the moment never ends"
+    assert "ALARM:54" in grbl.heard() and grbl.state() == "Alarm"

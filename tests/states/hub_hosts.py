@@ -36,11 +36,17 @@ class HubHosts(RemoteHosts):
     def __init__(self, room: int = 2048) -> None:
         self._sent, self._got = [b""] * CLIENTS, [b""] * CLIENTS
         super().__init__()
+        self._machine = LIB.host_machine(self._host)
         self._ops = Ops(
             put=callback(Ops, "put", self._put),
             hear=callback(Ops, "hear", self._hear),
             act=callback(Ops, "act", lambda _ctx: LIB.host_act(self._host)),
             event=callback(Ops, "event", lambda _ctx, what, who: None),
+            left=callback(Ops, "left", lambda _ctx, waits: self.lose_sender(waits)),
+            reads=callback(Ops, "reads", lambda _ctx: LIB.host_reads(self._host)),
+            whose=callback(Ops, "whose", lambda _ctx: LIB.machine_whose(self._machine)),
+            stops=callback(Ops, "stops", lambda _ctx: LIB.machine_stops(self._machine)),
+            room=callback(Ops, "room", lambda _ctx: LIB.machine_line_room(self._machine)),
         )
         self._wires = StreamOps(
             read=callback(StreamOps, "read", self._read),

@@ -10,6 +10,7 @@ from generate.states_table import load_states
 from hub_hosts import HubHosts
 from slow import slow_but
 from state_machine import REACHED_S, SITUATIONS, Pair, answers
+from state_model import PARKED
 
 TABLE = load_states()
 LINE = TABLE.inputs["server_line"].server
@@ -43,9 +44,17 @@ class ServerPair(Pair):
 
     @property
     def waits(self) -> bool:
-        """A line of the client is not answered yet."""
+        """A line of the client is not answered yet that is answered first."""
         model = self.model
-        return bool(model.open_line or model.probes or model.waiting or model.aside)
+        return bool(self.jobs_first or model.probes or model.aside)
+
+    @property
+    def jobs_first(self) -> int:
+        """Lines that are answered before one of the client: in a parked hold it is the operator's, behind which the
+        job's are answered."""
+        model = self.model
+        operates = model.state in PARKED and not model.lines_ended
+        return 0 if operates else int(model.open_line) + len(model.waiting)
 
 
 @pytest.fixture
@@ -76,8 +85,9 @@ def in_turn(said: str) -> list[str]:
 @pytest.mark.parametrize("situation", slow_but(lambda name: "," not in name, SITUATIONS))
 def test_answers_are_in_the_order_of_lines_whatever_comes_next(pair: ServerPair, situation: str, onward: str) -> None:
     pair.reach(situation)
-    before = int(pair.model.open_line or pair.model.probes) + len(pair.model.waiting) + len(pair.model.aside)
-    sent = ["line"] * before
+    model, first = pair.model, pair.jobs_first
+    last = int(model.open_line) + len(model.waiting) - first
+    sent = ["line"] * (first + int(model.probes) + len(model.aside))
     said = ""
     for line in AROUND:
         said += pair.grbl.after(0, f"{line}{LINE}\n")
@@ -87,6 +97,7 @@ def test_answers_are_in_the_order_of_lines_whatever_comes_next(pair: ServerPair,
     said += pair.grbl.after(REACHED_S, f"{entry.line}\n" if entry.line is not None else chr(next(entry.all_bytes())))
     said += pair.grbl.after(9)
     found = in_turn(said)
+    sent += ["line"] * last
     assert found == sent[: len(found)], said
 
 

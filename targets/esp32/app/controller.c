@@ -76,6 +76,21 @@ static enum machine_reads reads(void *ctx) {
     return machine_reads(controller->machine);
 }
 
+static enum machine_whose whose(void *ctx) {
+    const struct controller *controller = ctx;
+    return machine_whose(controller->machine);
+}
+
+static uint8_t stops(void *ctx) {
+    const struct controller *controller = ctx;
+    return machine_stops(controller->machine);
+}
+
+static size_t room(void *ctx) {
+    const struct controller *controller = ctx;
+    return machine_line_room(controller->machine);
+}
+
 static void pendant_left(void *ctx) {
     const struct controller *controller = ctx;
     machine_pendant_lost(controller->machine);
@@ -133,6 +148,9 @@ void controller_init(struct controller *controller, struct machine *machine,
                                            .reads = reads,
                                            .pendant_left = pendant_left,
                                            .mpg = mpg,
+                                           .whose = whose,
+                                           .stops = stops,
+                                           .room = room,
                                            .page = page,
                                            .key = key};
     *controller = (struct controller){.machine = machine, .listener = -1};
