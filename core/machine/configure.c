@@ -44,7 +44,7 @@ static void report_limit(struct machine *machine, unsigned axis, float mm_min, e
     text_string(out, "[MSG:$");
     text_int(out, (int32_t)(SETTING_MAX_RATE_MM_MIN + axis));
     text_string(out, " is limited to ");
-    text_fixed(out, (double)mm_min, by == LIMIT_STOP ? 3 : 0);
+    text_fixed(out, (double)mm_min, mm_min < 10.0f ? 3 : 0);
     text_string(out, reasons[by]);
     if (by == LIMIT_PULSE)
         text_int(out, machine->settings.step_pulse_us);

@@ -72,8 +72,9 @@ def test_a_rate_that_takes_too_long_to_stop_from_is_said(machine: Grbl) -> None:
     """An axis is no faster than it stops from in 100 s (core/motion/move.h)."""
     machine.send("$111=6000\n")
     assert machine.send("$121=1\n") == "ok\r\n"
-    said = "[MSG:$111 is limited to 1500.000 mm/min by its acceleration: $121=0.250]"
-    assert machine.send("$121=0.25\n") == f"{said}\r\nok\r\n"
+    said = "[MSG:$111 is limited to {} mm/min by its acceleration: $121={}]\r\nok\r\n"
+    assert machine.send("$121=0.25\n") == said.format("1500", "0.250")
+    assert machine.send("$121=0.001\n") == said.format("6.000", "0.001")
 
 
 @ALL
