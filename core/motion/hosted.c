@@ -145,6 +145,13 @@ static void make_shaped(struct hosted *hosted, struct segment *segment) {
     sign(hosted, segment, number_of(hosted->queue->tail, moves ? shape.piece : sample.low), moves);
 }
 
+/* A stop that only a late task needs has longer slices, or a slow machine's would not fit into a batch. */
+static bool make_exact(struct hosted *hosted, struct segment *segment) {
+    struct host_queue_pieces pieces = host_queue_usual;
+    pieces.slice_s = emit_stop_longer_s(hosted->emit, 0.0f, pieces.slice_s);
+    return host_queue_make(hosted->queue, &pieces, segment);
+}
+
 /* ---- as a source of segments ---- */
 
 static bool make(void *ctx, struct segment *segment) {
@@ -159,7 +166,7 @@ static bool make(void *ctx, struct segment *segment) {
             choose(hosted);
     }
     if (!is_shaped(hosted))
-        return host_queue_make(hosted->queue, &host_queue_usual, segment);
+        return make_exact(hosted, segment);
     if (!history_has_room(&emit->history, emit->ahead->side ^ 1u))
         return false;
     make_shaped(hosted, segment);

@@ -53,6 +53,19 @@ def test_a_reset_in_the_return_to_a_dwell_is_one_in_motion() -> None:
     assert "ALARM:3" in grbl.after(0.1, "\x18")
 
 
+@pytest.mark.parametrize("accel_mm_s2", [2, 5, 10, 50])
+def test_a_slow_machine_is_as_fast_in_a_parked_hold_as_elsewhere(accel_mm_s2: int) -> None:
+    """10 mm/s2 are Grbl's default. A stop from 500 mm/min takes up to 4 s then, and is in each batch of motion."""
+    grbl = Grbl()
+    grbl.send("")
+    grbl.fine("$21=0", "$112=500", f"$122={accel_mm_s2}")
+    grbl.after(0.5, "M0\n")
+    assert grbl.after(0.1, PARK) == PARKED
+    v_mm_s, way_mm = 500 / 60, 60
+    said = grbl.after(way_mm / v_mm_s + v_mm_s / accel_mm_s2 + 0.1, f"$J=G91Z{way_mm}F500\n")
+    assert said == "ok\r\n" and grbl.position()[2] == way_mm * STEPS
+
+
 JOBS = {
     "lines": "G1X4F1200\nY4\nX0\nY0\n",
     "arc": "G2X0Y0I3J0F900\nG1X1\n",
