@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 
 import pytest
-from console_page import SLOW, Console, load, typed
+from console_page import SLOW, SWITCHES, Console, home, load, typed
 from playwright.sync_api import expect
 
 pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
@@ -44,6 +44,40 @@ def test_a_tool_is_changed_with_the_page(socket_link: Callable[..., Console]) ->
     assert console.position("Z") == pytest.approx(0, abs=0.02)
     console.tab("job")
     expect(console.page.get_by_text("The job is finished")).to_be_visible()
+
+
+def in_tool_change(socket_link: Callable[..., Console], way: int) -> Console:
+    """It waits in Tool, which has no substate at rest."""
+    console = socket_link(settings=(*SWITCHES, f"$341={way}"), speed=4.0)
+    home(console)
+    typed(console, "G10L2P9X-200Y-100Z-50")
+    load(console, "G21G90G53G0X-20Z-20\nT2 M6 (3 mm end mill)\nG91G1X3F600\n")
+    console.by("job-start").click()
+    console.is_in("Tool")
+    return console
+
+
+def test_a_tool_change_that_lifts_z_is_operated_too(socket_link: Callable[..., Console]) -> None:
+    console = in_tool_change(socket_link, 1)
+    console.tab("control")
+    expect(console.by("jog-Y−")).to_be_disabled()
+    console.by("park").click()
+    expect(console.page.get_by_text("Parked: fit tool T2")).to_be_visible()
+    at = console.position("Y")
+    console.page.get_by_role("button", name="10", exact=True).first.click()
+    console.by("jog-Y−").click()
+    expect(console.by("work-Y")).to_have_text(f"{at - 10:.3f}")
+    expect(console.by("resume")).to_be_enabled()
+    console.by("resume").click()
+    console.is_in("Idle")
+    assert [console.position(axis) for axis in "XYZ"] == pytest.approx([-17, at, -20], abs=0.02)
+    console.tab("job")
+    expect(console.page.get_by_text("The job is finished")).to_be_visible()
+
+
+def test_a_tool_that_is_measured_is_not_asked_for_its_length(socket_link: Callable[..., Console]) -> None:
+    console = in_tool_change(socket_link, 3)
+    expect(console.by("tool-steps").locator("li").nth(2)).to_contain_text("is measured at the tool setter")
 
 
 def test_a_return_that_is_refused_says_why(socket_link: Callable[..., Console]) -> None:

@@ -39,7 +39,7 @@ export const noHoming = computed(() => noLines.value || unlessIn("Idle", "Alarm"
 export const noMotion = computed(() => noLines.value || (controller.operates.value ? unlessAtRest() : unlessIn("Idle")));
 
 function unlessAtRest(): string {
-  return controller.status.value?.substate === 0 ? "" : t`The machine is moving: wait until it rests.`;
+  return controller.status.value?.substate !== 1 ? "" : t`The machine is moving: wait until it rests.`;
 }
 
 function unlessIn(...states: string[]): string {

@@ -32,6 +32,7 @@ const LOG_LINES = 500;
 const FIRST_WORD_MS = 6000;
 
 const HELD = new Set(["Hold", "Tool", "Door"]);
+const TAKES_HANDS = new Set(["Hold", "Tool"]); // the second one has no substate: it moves as Hold:1
 const MOVING = new Set(["Run", "Jog", "Home"]);
 /** States in which Grbl answers every question. */
 const ANSWERS_IN = new Set(["Idle", "Alarm"]);
@@ -115,7 +116,7 @@ export class Controller {
     return this.homing.value ? "Home" : (this.status.value?.state ?? "");
   });
   /** A parked hold takes lines: the operator may jog, probe and set offsets. */
-  readonly operates = computed(() => this.parked.value && this.state.value === "Hold");
+  readonly operates = computed(() => this.parked.value && TAKES_HANDS.has(this.state.value));
   readonly axisCount = computed(() => this.machinePosition.value.length);
   readonly machinePosition = computed(() => {
     const status = this.status.value;
@@ -354,7 +355,7 @@ export class Controller {
   private mayAskNow(): boolean {
     const state = this.state.peek();
     if (!this.commands.peek() || this.needsReset.peek() || state === this.refusedIn || !this.queue.idle) return false;
-    return this.operates.peek() ? this.status.peek()?.substate === 0 : ANSWERS_IN.has(state) && this.mayAsk();
+    return this.operates.peek() ? this.status.peek()?.substate !== 1 : ANSWERS_IN.has(state) && this.mayAsk();
   }
 
   private learn(text: string, answer: Answer): void {

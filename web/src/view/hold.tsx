@@ -6,6 +6,8 @@ import { Button, Notice } from "./parts";
 import { t } from "../words";
 
 const RETURN_FEED = settingNumber("return_feed_mm_min");
+const TOOL_CHANGE = settingNumber("tool_change");
+const MEASURES = "3"; // of $341: at G59.3
 
 /** What Resume does in a parked hold, in words. */
 export function returnsBy(): string {
@@ -16,7 +18,7 @@ export function returnsBy(): string {
 
 export function HoldNotice(): JSX.Element | null {
   const state = controller.state.value;
-  if (!controller.commands.value || (state !== "Hold" && state !== "Door")) return null;
+  if (!controller.commands.value || !["Hold", "Tool", "Door"].includes(state)) return null;
   return (
     <>
       <RefusedNotice />
@@ -76,11 +78,12 @@ function toolWords(tool: number): string {
 }
 
 function ToolSteps(): JSX.Element {
+  const measures = controller.settings.value.get(TOOL_CHANGE) === MEASURES;
   return (
     <ol class="steps small" data-test="tool-steps">
       <li>{t`Press “Jog, probe or zero here” and raise Z on the tab Control until you can reach the collet.`}</li>
       <li>{t`Fit the tool.`}</li>
-      <li>{t`Its length is different: probe Z, or touch the work and zero Z. Leave X and Y as they are.`}</li>
+      <li>{measures ? t`Its length is measured at the tool setter when you press Resume.` : t`Its length is different: probe Z, or touch the work and zero Z. Leave X and Y as they are.`}</li>
       <li>{t`Jog clear of the work and the clamps, then press Resume.`}</li>
     </ol>
   );
