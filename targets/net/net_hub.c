@@ -348,12 +348,12 @@ uint32_t net_hub_lines_allowed(const struct net_hub *hub) {
 
 /* What is longer than any line is refused: it goes in pieces. */
 static bool leaves_room(const struct net_hub *hub, size_t size, size_t keep) {
-    return keep == 0 || hub->ops->room == NULL || size > LONGEST_LINE ||
-           size + keep <= hub->ops->room(hub->ctx);
+    return size > LONGEST_LINE || size + keep <= hub->ops->room(hub->ctx);
 }
 
 size_t net_hub_feed_lines(struct net_hub *hub, struct net_queue *queue, size_t count, uint32_t allowed,
                           size_t keep) {
+    const bool keeps = keep > 0 && hub->ops->room != NULL;
     size_t fed = 0;
     while (fed < count && hub->inside < allowed) {
         const char *line = net_queue_head(queue);
@@ -361,7 +361,7 @@ size_t net_hub_feed_lines(struct net_hub *hub, struct net_queue *queue, size_t c
             break;
         const char *line_end = memchr(line, '\n', count - fed);
         size_t size = line_end == NULL ? count - fed : (size_t)(line_end + 1 - line);
-        if (!leaves_room(hub, size, keep))
+        if (keeps && !leaves_room(hub, size, keep))
             break;
         size_t piece = hub->has_spoiled ? net_line_sound(line, size) : size;
         size_t took = piece > 0 ? hub->ops->put(hub->ctx, line, piece) : hub->ops->spoil(hub->ctx);
@@ -403,15 +403,17 @@ static bool has_turns(const struct net_hub *hub) {
 
 /* Lines of former owners first. */
 static bool feed_job(struct net_hub *hub) {
-    if (hub->left.count > 0)
-        return net_hub_may_follow_left(hub, hub->left_of) && feed_left(hub);
-    return net_hub_feeds_owner(hub) && net_hub_may_follow_left(hub, 0) && feed_owner(hub, hub->owner);
+    const bool lefts = hub->left.count > 0;
+    if (hub->inside_left > 0 && !net_hub_may_follow_left(hub, lefts ? hub->left_of : 0))
+        return false;
+    return lefts ? feed_left(hub) : net_hub_feeds_owner(hub) && feed_owner(hub, hub->owner);
 }
 
 bool net_hub_feed(struct net_hub *hub) {
     if (hub->stops || hub->resets)
         net_hub_end_stop(hub);
-    net_hub_follow_parked(hub);
+    if (hub->ops->whose != NULL)
+        net_hub_follow_parked(hub);
     const bool answered = has_turns(hub) && net_hub_answer_turns(hub);
     const bool pendants = hub->has_pendants && net_hub_feed_pendants(hub);
     if (hub->has_pendants && net_hub_waits_for_pendant(hub))

@@ -236,9 +236,9 @@ void net_hub_leave_parked(struct net_hub *hub);
 /** The controller has forgotten all lines. */
 void net_hub_forget_parked(struct net_hub *hub);
 
-/** Lines may come behind those of former owners that are not answered. A tool change might take them for the
- * operator's, whose answers come first. @param of  as hub->left_of; 0: of the owner, or of one that is gone
- */
+/** Lines may come behind those of former owners that are inside, and not answered. A tool change might take
+ * them for the operator's, whose answers come first.
+ * @param of  as hub->left_of; 0: of the owner, or of one that is gone */
 bool net_hub_may_follow_left(const struct net_hub *hub, uint8_t of);
 
 /** @return true: it took something */

@@ -25,8 +25,7 @@ static bool is_operators(enum machine_whose lines) {
 }
 
 bool net_hub_may_follow_left(const struct net_hub *hub, uint8_t of) {
-    return hub->inside_left == 0 || (of > 0 && of == hub->inside_of[hub->inside_left - 1]) ||
-           whose(hub) != MACHINE_WHOSE_TOOL;
+    return (of > 0 && of == hub->inside_of[hub->inside_left - 1]) || whose(hub) != MACHINE_WHOSE_TOOL;
 }
 
 static size_t count_lines(const char *lines, size_t count) {
@@ -190,8 +189,10 @@ static void look_at_stops(struct net_hub *hub) {
 }
 
 void net_hub_follow_parked(struct net_hub *hub) {
-    look_at_stops(hub);
     const enum machine_whose now = whose(hub);
+    if (!hub->parked.on && !is_operators(now))
+        return; /* as nearly always */
+    look_at_stops(hub);
     const bool resumes = hub->parked.on && hub->parked.resumes;
     if (is_operators(now) && !hub->parked.on)
         begin(hub);

@@ -56,6 +56,21 @@ static void act(void *ctx) {
     (void)ctx;
 }
 
+static enum machine_whose whose(void *ctx) {
+    (void)ctx;
+    return rx_aside(&rx) != RX_ASIDE_OPEN ? MACHINE_WHOSE_NONE : MACHINE_WHOSE_OPEN;
+}
+
+static uint8_t stops(void *ctx) {
+    (void)ctx;
+    return 0;
+}
+
+static size_t room(void *ctx) {
+    (void)ctx;
+    return rx_free(&rx);
+}
+
 static void event(void *ctx, const char *what, const char *who) {
     (void)ctx, (void)what, (void)who;
 }
@@ -76,7 +91,8 @@ int main(void) {
     static const struct net_stream_ops port = {.read = port_read, .write = port_write, .close = port_close};
     static const struct improv_ops improv_ops = {.now_us = now_us};
     static const struct improv_info info = {"WiFiCNC", "1", "ESP32", "name"};
-    static const struct net_hub_ops ops = {.put = put, .hear = hear, .act = act, .event = event};
+    static const struct net_hub_ops ops = {
+        .put = put, .hear = hear, .act = act, .event = event, .whose = whose, .stops = stops, .room = room};
     static const struct net_hub_sizes sizes = {.clients = 1, .in = 2048, .out = 16384, .left = 2048};
     static struct improv improv;
     struct net_stream stream;

@@ -182,7 +182,7 @@ def instructions(job: Path) -> list[Figure]:
         Figure("kinematics per block", moves / blocks, "instr"),
         Figure("line reading and parsing per line", reading(profile) / lines, "instr", 460),
         Figure(f"the same for {SAMPLE}", reading(sample) / sample_lines, "instr", 600),
-        Figure("a serial port's byte up to the receive ring", receive_cost(), "instr", 100),
+        Figure("a serial port's byte up to the receive ring", receive_cost(), "instr", 110),
         Figure("segment emission per segment", emission(profile) / count["segments"], "instr"),
         Figure("span preparation per span", cost_of(profile, "core/step/prep.c") / spans, "instr"),
         *engraving(driver),
