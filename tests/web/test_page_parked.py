@@ -51,6 +51,8 @@ def in_tool_change(socket_link: Callable[..., Console], way: int) -> Console:
     console = socket_link(settings=(*SWITCHES, f"$341={way}"), speed=4.0)
     home(console)
     typed(console, "G10L2P9X-200Y-100Z-50")
+    typed(console, "$#")  # a check that is made before the page knows it would be of another machine
+    expect(console.page.get_by_text("[G59.3:-200.000,-100.000,-50.000")).to_be_visible()
     load(console, "G21G90G53G0X-20Z-20\nT2 M6 (3 mm end mill)\nG91G1X3F600\n")
     console.by("job-start").click()
     console.is_in("Tool")
