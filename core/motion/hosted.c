@@ -145,7 +145,8 @@ static void make_shaped(struct hosted *hosted, struct segment *segment) {
     sign(hosted, segment, number_of(hosted->queue->tail, moves ? shape.piece : sample.low), moves);
 }
 
-/* A stop that only a late task needs has longer slices, or a slow machine's would not fit into a batch. */
+/* A stop that only a late task needs has longer slices, or a slow machine's would not fit into a batch. Speed
+ * is known to the queue alone: they do not grow with it, only with their number. */
 static bool make_exact(struct hosted *hosted, struct segment *segment) {
     struct host_queue_pieces pieces = host_queue_usual;
     pieces.slice_s = emit_stop_longer_s(hosted->emit, 0.0f, pieces.slice_s);

@@ -1,5 +1,5 @@
-"""A parked hold behind the network's server, where lines of a job wait: those of the operator, which is whoever is in
-control, pass them, are answered before them to who sent them, and never run within the job."""
+"""A parked hold behind the network's server, where lines of a job wait: those of the operator, the
+client in control, pass them, are answered first and to their sender, and never run within the job."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def test_a_job_of_a_lost_sender_waits_behind_the_operator(hub: HubHosts) -> None
 
 
 def test_a_resume_waits_for_the_lines_before_it(hub: HubHosts) -> None:
-    """In one piece, with lines of the job behind it."""
+    """In one piece, and then lines of the job."""
     hold_job(hub)
     assert operate(hub, 0, f"\xa3{JOG}G10L20P2Y7\n{JOG}~G1X5\n", RETURN_S) == ["ok"] * (3 + 1 + AHEAD + 1)
     assert hub.position()[:3] == [50 * (2 + AHEAD), 0, 0]

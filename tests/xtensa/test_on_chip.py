@@ -114,7 +114,7 @@ def test_with_caches_the_same_steps_as_the_pc(program: Built, tmp_path: Path, li
 @pytest.mark.parametrize("lines", [LINES["one axis"], LINES["fast"]], ids=["one axis", "fast"])
 def test_with_caches_steps_at_one_speed_come_evenly(program: Built, lines: str) -> None:
     """Between the ramps: a tick of rounding, an instruction that ends first, which may load the time from a register,
-    and on an ESP32, whose core 1 has a cache of its own, hardly a line of it that is waited for."""
+    and on an ESP32, whose core 1 has its own cache, hardly a line of it that is waited for."""
     chip, running = chip_run(program, lines, 1000, timed=True)
     between = np.diff(chip[len(chip) // 3 : 2 * len(chip) // 3, 0])
     uneven = np.abs(between - np.median(between))
