@@ -139,6 +139,16 @@ def test_lines_that_were_not_read_do_not_run_within_the_job(hub: HubHosts) -> No
     assert "[G54:0.000,0.000,0.000]" in hub.after(0.1, "$#\n")
 
 
+def test_half_a_line_of_the_operator_is_refused_and_its_rest_with_it(hub: HubHosts) -> None:
+    """The start button is pressed in the middle of it: as a line of the job it would set work zero in mid-cut."""
+    hold_job(hub)
+    assert operate(hub, 0, "\xa3G10L20P1X9", 0.1) == []
+    hub.input("start", True)
+    said = answers(hub.after(RETURN_S)) + answers(hub.after(1, "9\n"))
+    assert said == ["error:170", *["ok"] * (1 + AHEAD)]
+    assert "[G54:0.000,0.000,0.000]" in hub.after(0.1, "$#\n")
+
+
 def test_a_refused_park_leaves_lines_to_the_job(hub: HubHosts) -> None:
     assert answers(hub.after(0.1, "G91G1X10F600\n\xa3G1X5\n")) == ["ok", "ok"]
     hub.after(3)
