@@ -6,6 +6,7 @@ import { attempt, checkJob, controller, doing, fail, isStale, job, preflight, st
 import { describe, secondsAtLine, secondsLeft, type Preflight } from "../job/preflight";
 import type { Report } from "../job/core";
 import { laserWarning } from "../job/engraving";
+import { endingWords } from "../job/ending";
 import { readProgram } from "../job/program";
 import { type MachineFacts, type Resume } from "../job/resume";
 import { NOWHERE, travelFindings, unplacedAxes, type TravelFinding } from "../job/standing";
@@ -114,6 +115,7 @@ function PathCard(): JSX.Element {
         </>
       )}
       {preflight.failed.value && <Notice kind="bad" title={preflight.failed.value} />}
+      <NotRun />
       {done && <PathView preflight={done} />}
       <CodeAround />
     </Card>
@@ -135,6 +137,12 @@ function CodeAround(): JSX.Element {
 }
 
 // ---- what the preflight found ----
+
+/** What follows the program in its file. */
+function NotRun(): JSX.Element | null {
+  const words = endingWords(job.program.value!.ending);
+  return words && <Notice kind="warn" title={words.title} text={words.text} />;
+}
 
 function CheckCard(): JSX.Element | null {
   const done = preflight.result.value;
@@ -356,7 +364,7 @@ function ResumeBar(): JSX.Element | null {
             class="input short mono"
             type="number"
             min={1}
-            max={job.program.value!.fileLines}
+            max={job.program.value!.lines.at(-1)!.number}
             value={line}
             onChange={(event) => type(event.currentTarget)}
             data-test="resume-line"
