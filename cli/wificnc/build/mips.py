@@ -47,6 +47,11 @@ class MipsCompiler:
     library: tuple[str, ...]  # of the C library
     link: tuple[str, ...]
 
+    @property
+    def family(self) -> str:
+        """As compiler.Compiler has it."""
+        return "gcc" if self.name == "gcc" else "clang"
+
     def own_headers(self) -> list[str]:
         """The compiler's own headers, and none of an operating system."""
         if self.name == "zig":
