@@ -85,6 +85,8 @@ class HostBoard(Structure):
         ("pump_ticks_max", c_uint32),
         ("driver", c_uint32 * 12),
         ("dial", c_uint8),
+        ("restart", c_uint8),
+        ("restart_address", c_uint32),
     )
 
 
