@@ -93,7 +93,7 @@ def _zig() -> MipsCompiler:
     return MipsCompiler(
         "zig",
         (sys.executable, "-m", "ziglang", "cc"),
-        (*_ZIG_MACHINE, *LANGUAGE, "-fomit-frame-pointer", "-fno-sanitize=all"),
+        (*_ZIG_MACHINE, *LANGUAGE, "-fomit-frame-pointer", "-fno-jump-tables", "-fno-sanitize=all"),
         ("-O2",),
         ("-O2",),
         (),
