@@ -172,6 +172,11 @@ void list_build(struct machine *machine) {
     text_string(&machine->out, ",");
     text_int(&machine->out, RX_SIZE);
     text_string(&machine->out, "]\r\n");
+    if (machine->board.digest != NULL) {
+        text_string(&machine->out, "[DIGEST:");
+        text_string(&machine->out, machine->board.digest);
+        text_string(&machine->out, "]\r\n");
+    }
     report_underruns(machine);
     report_gaps(machine);
 }
