@@ -57,6 +57,14 @@ struct hal_switches {
     axis_mask_t home, second_home;      /* only axes of machine_board.home_axes are looked at */
 };
 
+/** Why the target itself keeps the machine stopped, as a pressed e-stop does. */
+enum hal_lock {
+    HAL_LOCK_NONE,
+    HAL_LOCK_UPDATE,    /* a firmware is being received */
+    HAL_LOCK_SAFE_MODE, /* after crashes in a row */
+    HAL_LOCK_STEPS_LOST /* step pulses have not left the pins */
+};
+
 /** Inputs, debounced: a switch is closed from its first edge until it has been open for some ms. probe: level
  * of the line, 1 = high ($6), toolsetter: the same ($72). The others: 1 = asks for its action; the board file
  * knows their polarity. */
@@ -65,6 +73,7 @@ struct hal_inputs {
     struct hal_switches pins; /* the same at this moment, not debounced */
     bool probe, toolsetter;
     bool door, hold, start, reset, estop;
+    uint8_t lock;    /* enum hal_lock; estop is on with it */
     uint8_t digital; /* of M66: bit n = Pn, 1 = high */
 };
 

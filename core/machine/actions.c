@@ -163,7 +163,7 @@ enum refusal action_end_lock(struct machine *machine) {
     const bool sleeps = machine->life.state == MACHINE_SLEEP; /* motors without current may have moved */
     /* The pin as it is now: machine->inputs may be as old as the last poll. */
     hal_inputs_read(machine->hal, &inputs);
-    if (inputs.estop && machine->life.state == MACHINE_ALARM && machine->life.alarm == ALARM_ESTOP)
+    if (machine->life.state == MACHINE_ALARM && reset_is_barred(machine, &inputs))
         return REFUSAL_CRITICAL;
     if (faults_any(machine))
         return REFUSAL_FAULT;

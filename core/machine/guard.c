@@ -45,7 +45,7 @@ bool guard_poll(struct machine *machine) {
     /* The edge counts, too: the e-stop may have been released again before this poll. It does not count
      * twice: not in a critical alarm, nor before the banner that a reset is about to print. */
     if ((now->estop || machine->edges.estop) && !machine->life.critical && !machine->life.restart) {
-        reset_alarm(machine, ALARM_ESTOP);
+        reset_alarm(machine, now->lock != HAL_LOCK_NONE ? ALARM_LOCKED : ALARM_ESTOP);
         return true;
     }
     if (machine->edges.hard_limit) {

@@ -178,6 +178,11 @@ void list_build(struct machine *machine) {
         restart_describe(machine, &machine->out);
         text_string(&machine->out, "]\r\n");
     }
+    if (machine->board.digest != NULL) {
+        text_string(&machine->out, "[DIGEST:");
+        text_string(&machine->out, machine->board.digest);
+        text_string(&machine->out, "]\r\n");
+    }
     report_underruns(machine);
     report_gaps(machine);
 }

@@ -20,7 +20,8 @@ static bool stands(const struct machine *machine) {
 
 /* By the e-stop, from its edge to the reset behind its release. */
 static bool are_cut(const struct machine *machine) {
-    return machine->edges.estop || machine->inputs.estop || machine->life.alarm == ALARM_ESTOP;
+    const enum alarm alarm = machine->life.alarm;
+    return machine->edges.estop || machine->inputs.estop || alarm == ALARM_ESTOP || alarm == ALARM_LOCKED;
 }
 
 static bool wanted(const struct machine *machine, bool rests, uint32_t now_us) {

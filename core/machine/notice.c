@@ -8,6 +8,7 @@
 #include "machine/park.h"
 #include "machine/parts.h"
 #include "machine/report.h"
+#include "machine/reset.h"
 #include "machine/restart.h"
 #include "machine/sender.h"
 #include "machine/stored.h"
@@ -29,11 +30,12 @@ static bool put_restart(const struct machine *machine, const struct text_out *ou
     return true;
 }
 
-static const char *way_out(const struct machine *machine) {
-    if (!machine->life.critical)
-        return "'$H'|'$X' to unlock";
-    bool pressed = machine->life.alarm == ALARM_ESTOP && machine->inputs.estop;
-    return pressed ? "release the emergency stop" : "reset to continue";
+/* The message of that moment, within a sentence. */
+static void put_way_out(const struct machine *machine, const struct text_out *out) {
+    const char *text = machine->life.critical ? reset_way_out(machine) : "'$H'|'$X' to unlock";
+    const char first[] = {(char)(text[0] >= 'A' && text[0] <= 'Z' ? text[0] | 0x20 : text[0]), '\0'};
+    text_string(out, first);
+    text_string(out, text + 1);
 }
 
 static bool put_lock(const struct machine *machine, const struct text_out *out) {
@@ -50,7 +52,7 @@ static bool put_lock(const struct machine *machine, const struct text_out *out) 
         text_string(out, "Locked since start or reset");
     }
     text_string(out, ": ");
-    text_string(out, way_out(machine));
+    put_way_out(machine, out);
     return true;
 }
 

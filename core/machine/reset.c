@@ -137,11 +137,25 @@ void reset_restart(struct machine *machine) {
         report_message(machine, "Sender lost: homing stopped");
 }
 
+bool reset_is_barred(const struct machine *machine, const struct hal_inputs *inputs) {
+    return inputs->estop && (machine->life.alarm == ALARM_ESTOP || machine->life.alarm == ALARM_LOCKED);
+}
+
+const char *reset_way_out(const struct machine *machine) {
+    static const char *const locks[] = {
+        [HAL_LOCK_NONE] = "Release the emergency stop",
+        [HAL_LOCK_UPDATE] = "A firmware update is being written: wait until it ends",
+        [HAL_LOCK_SAFE_MODE] = "Safe mode after crashes in a row: switch the controller off and on",
+        [HAL_LOCK_STEPS_LOST] = "Step pulses were lost: restart the controller",
+    };
+    return reset_is_barred(machine, &machine->inputs) ? locks[machine->inputs.lock] : "Reset to continue";
+}
+
 void reset_tell_way_out(struct machine *machine) {
-    bool pressed = machine->life.alarm == ALARM_ESTOP && machine->inputs.estop;
+    bool pressed = reset_is_barred(machine, &machine->inputs);
     if (!machine->life.critical_untold || (pressed && machine->life.release_told))
         return;
     machine->life.release_told = pressed;
     machine->life.critical_untold = pressed;
-    report_message(machine, pressed ? "Release the emergency stop" : "Reset to continue");
+    report_message(machine, reset_way_out(machine));
 }

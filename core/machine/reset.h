@@ -16,7 +16,14 @@ void reset_machine(struct machine *machine, enum alarm alarm);
 /** Print the banner and what belongs to it. */
 void reset_restart(struct machine *machine);
 
-/** What leads out of a critical alarm. While the e-stop is pressed a reset only leads into the next one, and
+/** What leads out of a critical alarm, as a message. */
+const char *reset_way_out(const struct machine *machine);
+
+/** Whether the e-stop is pressed, or the target locks the machine: a reset then leads into the same alarm.
+ * @param inputs  as they are now */
+bool reset_is_barred(const struct machine *machine, const struct hal_inputs *inputs);
+
+/** Report what leads out of a critical alarm. While the e-stop is pressed a reset only leads into the next one, and
  * programs that reset at this message would repeat that for ever. */
 void reset_tell_way_out(struct machine *machine);
 

@@ -33,7 +33,8 @@ uint8_t session_state(const struct session *session) {
         [MACHINE_SLEEP] = WIRE_STATE_ALARM,
     };
     const struct machine *machine = session->machine;
-    if (machine_state(machine) == MACHINE_ALARM && machine_alarm(machine) == ALARM_ESTOP)
+    const enum alarm alarm = machine_alarm(machine);
+    if (machine_state(machine) == MACHINE_ALARM && (alarm == ALARM_ESTOP || alarm == ALARM_LOCKED))
         return WIRE_STATE_ESTOP;
     if (machine_state(machine) == MACHINE_RUN && machine_host(machine)->probing)
         return WIRE_STATE_PROBING;

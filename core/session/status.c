@@ -19,6 +19,7 @@ static uint8_t alarm_code(const struct session *session, axis_mask_t limits) {
         return WIRE_ALARM_NONE;
     switch (machine_alarm(session->machine)) {
     case ALARM_ESTOP:
+    case ALARM_LOCKED:
         return WIRE_ALARM_ESTOP;
     case ALARM_HARD_LIMIT:
         while (axis < AXIS_COUNT - 1 && (limits >> axis & 1) == 0)

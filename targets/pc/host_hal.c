@@ -185,6 +185,10 @@ void virtual_set(struct host *host, int input, bool active) {
     update(host);
 }
 
+void virtual_lock(struct host *host, uint8_t lock) {
+    host->hal.virtual_machine.lock = lock;
+}
+
 bool virtual_at(struct host *host, uint64_t t_ticks, int input, bool active) {
     struct virtual_machine *machine = follow(host);
     if (input < 0 || input >= VIRTUAL_INPUT_COUNT || machine->event_count == VIRTUAL_EVENTS_MAX)

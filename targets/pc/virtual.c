@@ -134,7 +134,8 @@ void virtual_read(const struct virtual_machine *machine, struct hal_inputs *inpu
         .hold = (levels & BIT(VIRTUAL_HOLD)) != 0,
         .start = (levels & BIT(VIRTUAL_START)) != 0,
         .reset = (levels & BIT(VIRTUAL_RESET)) != 0,
-        .estop = (levels & BIT(VIRTUAL_ESTOP)) != 0,
+        .estop = (levels & BIT(VIRTUAL_ESTOP)) != 0 || machine->lock != HAL_LOCK_NONE,
+        .lock = machine->lock,
         .digital = (uint8_t)(levels >> VIRTUAL_DIGITAL & ((1u << DIGITAL_INPUT_COUNT) - 1)),
     };
 }

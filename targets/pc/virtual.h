@@ -76,6 +76,7 @@ struct virtual_outputs {
 struct virtual_machine {
     uint64_t forced;                           /* inputs held active by hand, bit = enum virtual_input */
     uint64_t levels;                           /* inputs active now */
+    uint8_t lock;                              /* enum hal_lock */
     int32_t position[AXIS_COUNT];              /* true position, steps */
     int32_t low[AXIS_COUNT], high[AXIS_COUNT]; /* switches: active at or beyond */
     axis_mask_t has_low, has_high;
@@ -114,6 +115,9 @@ int virtual_input_number(const char *name);
 /** Now, before the controller continues. The level is what is set here or what the position says, whichever
  * is active. The controller notices within host_run(). @param input  enum virtual_input */
 void virtual_set(struct host *host, int input, bool active);
+
+/** [tests] As a target that keeps the machine stopped. @param lock  enum hal_lock */
+void virtual_lock(struct host *host, uint8_t lock);
 
 /** At a virtual time; the past means now. Events of the same time happen in the order given.
  * @return false: no such input, or VIRTUAL_EVENTS_MAX are waiting. */

@@ -38,28 +38,33 @@ sys.exit(cli.main())
 """
 
 
-def image(chip: str, size: int, flash_mb: int = 4, project: bytes = b"wificnc", board: str = "") -> bytes:
-    """An image with the head, app descriptor, signing key and digest of a real one.
+def image(
+    chip: str, size: int, flash_mb: int = 4, project: bytes = b"wificnc", board: str = "", elf: bytes = b"ELF"
+) -> bytes:
+    """An image with the head, app descriptor, signing key and digest of a real one. @param elf  what it is made of
 
     It compresses, as firmware does: what does not is sent in whole blocks, and the mock writes all of them.
     """
     head = bytearray(struct.pack("<BBBBI", 0xE9, 1, 2, SIZES[flash_mb] << 4, 0x40374000) + bytes(16))
     struct.pack_into("<H", head, 12, CHIP_IDS[chip])
     head[23] = 1  # a digest follows
-    body = struct.pack("<II", 0x3C000020, size) + struct.pack("<I12x32s32s", 0xABCD5432, b"1.0", project)
+    body = struct.pack("<II", 0x3C000020, size) + struct.pack("<I12x32s32s64x", 0xABCD5432, b"1.0", project)
+    body += hashlib.sha256(elf).digest() if elf else bytes(32)
     body += signing_key().point
     body += f'{{"name": "%s", "board": "{board}", "axes": %u}}'.encode() if board else b""
     data = bytes(head) + body + (hashlib.sha256(chip.encode()).digest() * 4 + bytes(64)) * (size // 192)
     return data + hashlib.sha256(data).digest()
 
 
-def make_build(folder: Path, board: str, chip: str, size: int = 40000, flash_mb: int = 4, named: bool = False) -> Path:
+def make_build(
+    folder: Path, board: str, chip: str, size: int = 40000, flash_mb: int = 4, named: bool = False, elf: bytes = b"ELF"
+) -> Path:
     """What `wificnc build` leaves in build/BOARD. @param named  the firmware has the board's name"""
     folder.mkdir(parents=True, exist_ok=True)
     files = {
         "bootloader.bin": image(chip, 8000, flash_mb),
         "partitions.bin": hashlib.sha256(b"table").digest() * 5 + b"\xff" * 2912,
-        "firmware.bin": image(chip, size, flash_mb, board=board if named else ""),
+        "firmware.bin": image(chip, size, flash_mb, board=board if named else "", elf=elf),
         "firmware.elf": b"\x7fELF",
     }
     files["firmware.sig"] = signing_key().sign(files["firmware.bin"]) or b""

@@ -12,7 +12,7 @@ static struct {
     char in[4096], out[4096];
     size_t in_count, out_count;
     bool closed, ended;
-} wire;
+} wire, other; /* of the sender, and of a newcomer */
 
 static uint8_t flash[IMAGE_SIZE], image[IMAGE_SIZE];
 static size_t flashed;
@@ -40,6 +40,25 @@ static long wire_write(const struct net_stream *stream, const char *bytes, size_
 static void wire_close(const struct net_stream *stream) {
     (void)stream;
     wire.closed = true;
+}
+
+static long other_read(const struct net_stream *stream, char *bytes, size_t size) {
+    (void)stream;
+    (void)bytes;
+    (void)size;
+    return 0;
+}
+
+static long other_write(const struct net_stream *stream, const char *bytes, size_t count) {
+    (void)stream;
+    memcpy(other.out + other.out_count, bytes, count);
+    other.out[other.out_count += count] = '\0';
+    return (long)count;
+}
+
+static void other_close(const struct net_stream *stream) {
+    (void)stream;
+    other.closed = true;
 }
 
 static const char *begin(void *ctx, size_t size) {
@@ -85,7 +104,7 @@ static const uint8_t salt[ACCESS_SALT] = {5, 6, 7};
 static struct ota ota;
 static uint32_t now_us;
 
-static void connect_again(void) {
+static void connect_from(uint64_t peer) {
     static const struct net_stream_ops ops = {.read = wire_read, .write = wire_write, .close = wire_close};
     static const uint8_t nonce[OTA_NONCE_SIZE] = {0xDE, 0xAD, 0xBE, 0xEF};
     access_poll(&access_of, now_us);
@@ -93,13 +112,19 @@ static void connect_again(void) {
     memset(flash, 0, sizeof flash);
     flashed = began = aborted = ended = 0;
     begin_says = write_says = end_says = NULL;
-    CHECK(ota_connect(&ota, &(struct net_stream){.ops = &ops}, nonce, now_us));
+    CHECK(ota_connect(&ota, &(struct net_stream){.ops = &ops, .peer = peer}, nonce, now_us));
+    wire.closed = false; /* one before it was */
+}
+
+static void connect_again(void) {
+    connect_from(0);
 }
 
 static void start(void) {
     static const struct ota_ops ops = {
         .begin = begin, .is_signed = is_signed, .write = write_flash, .end = end, .abort = abort_it};
-    static const struct ota_image wanted = {.board = "esp32s3-devkitc", .chip_id = 9, .project = "wificnc"};
+    static const struct ota_image wanted = {
+        .board = "esp32s3-devkitc", .chip_id = 9, .project = "wificnc", .digest = "0123456789abcdef"};
     access_init(&access_of, "correct horse", false, salt, now_us);
     ota_init(&ota, &ops, NULL, &wanted, &access_of);
     for (size_t i = 0; i < IMAGE_SIZE; i++)
@@ -121,8 +146,22 @@ static void put_hex(char *text, const uint8_t *bytes, size_t count) {
 static const char *option = ""; /* a word between signature and MAC */
 
 /* The line of a sender that knows this key. */
+static void ask_in_words(const char *key, const char *words) {
+    char line[OTA_LINE_SIZE + 32], message[OTA_LINE_SIZE + 64], mac_hex[65];
+    uint8_t mac[SHA256_SIZE];
+    struct access theirs;
+    snprintf(message, sizeof message, "deadbeef000000000000000000000000 %s", words);
+    access_init(&theirs, key, false, salt, 0);
+    sha256_hmac(theirs.secret, SHA256_SIZE, message, strlen(message), mac);
+    put_hex(mac_hex, mac, sizeof mac);
+    snprintf(line, sizeof line, "%s %s\n", words, mac_hex);
+    wire.in_count = strlen(line);
+    memcpy(wire.in, line, wire.in_count);
+    (void)ota_poll(&ota, now_us);
+}
+
 static void ask_with(const char *key, size_t size, const uint8_t sealed[SIGNATURE_SIZE]) {
-    char line[OTA_LINE_SIZE + 32], message[OTA_LINE_SIZE + 32], digest_hex[65], sealed_hex[129], mac_hex[65];
+    char words[OTA_LINE_SIZE], digest_hex[65], sealed_hex[129];
     uint8_t digest[SHA256_SIZE];
     struct sha256 sha;
     sha256_begin(&sha);
@@ -130,16 +169,8 @@ static void ask_with(const char *key, size_t size, const uint8_t sealed[SIGNATUR
     sha256_end(&sha, digest);
     put_hex(digest_hex, digest, sizeof digest);
     put_hex(sealed_hex, sealed, SIGNATURE_SIZE);
-    snprintf(message, sizeof message, "deadbeef000000000000000000000000 %zu %s %s%s", size, digest_hex,
-             sealed_hex, option);
-    struct access theirs;
-    access_init(&theirs, key, false, salt, 0);
-    sha256_hmac(theirs.secret, SHA256_SIZE, message, strlen(message), digest);
-    put_hex(mac_hex, digest, sizeof digest);
-    snprintf(line, sizeof line, "%zu %s %s%s %s\n", size, digest_hex, sealed_hex, option, mac_hex);
-    wire.in_count = strlen(line);
-    memcpy(wire.in, line, wire.in_count);
-    (void)ota_poll(&ota, now_us);
+    snprintf(words, sizeof words, "%zu %s %s%s", size, digest_hex, sealed_hex, option);
+    ask_in_words(key, words);
 }
 
 static void ask(const char *key, size_t size) {
@@ -217,7 +248,7 @@ static void another_board_can_be_meant(void) {
     option = " all-boards";
     start();
     ask("correct horse", IMAGE_SIZE);
-    CHECK(strstr(wire.out, "ERROR expected SIZE SHA256 SIGNATURE [any-board] MAC\n") && began == 0);
+    CHECK(strstr(wire.out, "ERROR expected SIZE SHA256 SIGNATURE [any-board] MAC") && began == 0);
     option = "";
     start(); /* the word is for one upload */
     put_board(9000, "\"board\": \"mks-tinybee\"");
@@ -336,12 +367,115 @@ static void a_sender_that_vanishes_or_sleeps_leaves_the_old_firmware(void) {
     CHECK(wire.closed && aborted == 1 && ota.state == OTA_FREE);
 }
 
-static void one_at_a_time(void) {
-    static const struct net_stream_ops ops = {.read = wire_read, .write = wire_write, .close = wire_close};
+/* @return it has the place */
+static bool newcomer(uint64_t peer) {
+    static const struct net_stream_ops ops = {
+        .read = other_read, .write = other_write, .close = other_close};
     static const uint8_t nonce[OTA_NONCE_SIZE] = {0};
+    memset(&other, 0, sizeof other);
+    const bool in = ota_connect(&ota, &(struct net_stream){.ops = &ops, .peer = peer}, nonce, now_us);
+    CHECK(in == (strstr(other.out, "WIFICNC-OTA 3 ") != NULL) && in != other.closed);
+    return in;
+}
+
+static void who_has_proved_the_key_keeps_the_place(void) {
     start();
-    CHECK(!ota_connect(&ota, &(struct net_stream){.ops = &ops}, nonce, now_us));
-    CHECK(strstr(wire.out, "ERROR another upload"));
+    ask("correct horse", IMAGE_SIZE);
+    send_image(5000, 1000);
+    CHECK(!newcomer(2) && strstr(other.out, "ERROR another upload is in progress\n") && !wire.closed);
+    access_trust(&access_of, 2, ACCESS_DAY);
+    CHECK(!newcomer(2) && aborted == 0 && !wire.closed);
+}
+
+/* Bytes now and then do not prolong it, whatever they are, and whether the line ends or not. */
+static void a_proof_comes_within_ten_seconds(void) {
+    static const uint32_t gaps_us[] = {1000000, 4900000, 8000000, 9900000};
+    for (size_t i = 0; i < sizeof gaps_us / sizeof gaps_us[0]; i++) {
+        start();
+        uint32_t passed_us = 0;
+        for (; !wire.closed && passed_us < 4 * OTA_PROOF_US; passed_us += gaps_us[i]) {
+            now_us += gaps_us[i];
+            wire.in[0] = '1';
+            wire.in_count = 1;
+            (void)ota_poll(&ota, now_us);
+        }
+        CHECK(wire.closed && passed_us <= OTA_PROOF_US + gaps_us[i] && ota.state == OTA_FREE && began == 0);
+    }
+    start();
+    now_us += OTA_PROOF_US;
+    ask("correct horse", IMAGE_SIZE); /* in time; what follows has its own patience */
+    CHECK(strstr(wire.out, "OK\n"));
+    now_us += OTA_IDLE_US;
+    (void)ota_poll(&ota, now_us);
+    CHECK(!wire.closed);
+}
+
+static void a_newcomer_displaces_who_has_not_proved_the_key(void) {
+    static const char *const lines[] = {"", "1", "1 2 3\n"}; /* silent, in a line, refused */
+    for (size_t i = 0; i < sizeof lines / sizeof lines[0]; i++) {
+        start();
+        wire.in_count = strlen(lines[i]);
+        memcpy(wire.in, lines[i], wire.in_count);
+        (void)ota_poll(&ota, now_us);
+        CHECK(newcomer(2) && wire.closed && began == 0);
+    }
+    start();
+    CHECK(newcomer(2) && strstr(wire.out, "ERROR another sender has connected"));
+}
+
+/* One address that connects again and again keeps no one else out. */
+static void who_left_without_a_proof_displaces_no_one(void) {
+    start(); /* a stranger */
+    ota.stream.peer = 7;
+    connect_from(2);
+    for (int i = 0; i < 100; i++)
+        CHECK(!newcomer(7) && !wire.closed);
+    ask("correct horse", IMAGE_SIZE);
+    CHECK(strstr(wire.out, "OK\n"));
+    start(); /* the stranger comes when the place is taken, and stays */
+    connect_from(2);
+    CHECK(newcomer(7) && wire.closed);
+    CHECK(!newcomer(2)); /* for ten seconds */
+    now_us += OTA_PROOF_US + 1;
+    (void)ota_poll(&ota, now_us);
+    CHECK(other.closed && newcomer(7));
+    connect_from(2);
+    CHECK(other.closed && !newcomer(7) && !wire.closed);
+}
+
+static void a_trusted_address_precedes_others(void) {
+    start();
+    access_trust(&access_of, 2, ACCESS_DAY);
+    ota.left = 2;
+    CHECK(newcomer(2) && wire.closed);
+    for (uint64_t peer = 10; peer < 20; peer++)
+        CHECK(!newcomer(peer));
+}
+
+/* Without an image: who has sent one confirms it. */
+static void the_firmware_that_runs_is_reached_by_a_proof(void) {
+    start();
+    CHECK(strstr(wire.out, " 0123456789abcdef kept\n") && !ota.reached);
+    ask_in_words("wrong horse", "confirm");
+    CHECK(strstr(wire.out, "ERROR wrong access key\n") && !ota.reached && wire.closed);
+    start();
+    ota.on_trial = true;
+    connect_again();
+    CHECK(strstr(wire.out, " 0123456789abcdef trial\n"));
+    ask_in_words("correct horse", "confirm");
+    CHECK(strstr(wire.out, "OK\n") && ota.reached && wire.closed && began == 0 && !ota.done);
+    start();
+    ask_in_words("correct horse", "confirm 12");
+    CHECK(strstr(wire.out, "ERROR expected") && !ota.reached && began == 0);
+}
+
+/* What answers until the restart is the old firmware. */
+static void no_one_is_let_in_before_the_restart(void) {
+    start();
+    ask("correct horse", IMAGE_SIZE);
+    send_image(IMAGE_SIZE, 4096);
+    CHECK(ota.done && !newcomer(2));
+    CHECK(strcmp(other.out, "ERROR the controller is about to restart with a new firmware\n") == 0);
 }
 
 int main(void) {
@@ -356,6 +490,12 @@ int main(void) {
     requests_that_are_none_are_refused();
     the_machines_no_and_the_flashs_no_reach_the_sender();
     a_sender_that_vanishes_or_sleeps_leaves_the_old_firmware();
-    one_at_a_time();
+    who_has_proved_the_key_keeps_the_place();
+    a_proof_comes_within_ten_seconds();
+    a_newcomer_displaces_who_has_not_proved_the_key();
+    who_left_without_a_proof_displaces_no_one();
+    a_trusted_address_precedes_others();
+    the_firmware_that_runs_is_reached_by_a_proof();
+    no_one_is_let_in_before_the_restart();
     return report();
 }

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import http.client
+import json
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -21,6 +22,7 @@ from wificnc.flash.ota import Hello, proof
 
 KEY = "correct horse"
 GOOD = image("esp32s3", 150_000)
+OLD = "0ld0ld0ld0ld0ld0"  # as update_serve.c has it
 
 
 @pytest.fixture
@@ -37,7 +39,7 @@ class Page:
         self._said = b""
         words = self.line().split()
         assert words[:2] == ["WIFICNC-OTA", "3"]
-        self.hello = Hello(words[2], words[3], words[4], int(words[5]))
+        self.hello = Hello(words[2], words[3], words[4], int(words[5]), words[6], words[7] == "trial")
 
     def line(self) -> str:
         while b"\n" not in self._said:
@@ -52,6 +54,10 @@ class Page:
         signed = raw_signature(signing_key().sign(data) or b"") if signature is None else signature
         request = f"{len(data)} {hashlib.sha256(data).hexdigest()} {signed.hex()}"
         self.socket.send(f"{request} {proof(key, self.hello, request)}\n".encode())
+        return self.line()
+
+    def confirm(self, key: str) -> str:
+        self.socket.send(f"confirm {proof(key, self.hello, 'confirm')}\n".encode())
         return self.line()
 
     def send(self, data: bytes) -> list[str]:
@@ -203,3 +209,55 @@ def test_who_only_looks_has_not_reached_the_new_firmware(there: Receiver) -> Non
         until(one, b"ok\r\n")
         assert there.is_reached()
     wait_until(lambda: not there.is_reached(), "the connection has ended")
+
+
+def test_it_says_which_firmware_runs_and_whether_it_is_kept(there: Receiver) -> None:
+    """Of the old one, and of the new one, which a proof of the key confirms."""
+    with opened(there) as page:
+        assert page.hello.digest == OLD and not page.hello.on_trial
+        assert page.ask(GOOD) == "OK" and page.send(GOOD)[-1] == "DONE"
+    wait_until(lambda: hello_of(there).on_trial, "the new firmware runs")
+    assert hello_of(there).digest == GOOD[176:184].hex() != OLD
+    with opened(there) as page:
+        assert page.confirm("wrong horse") == "ERROR wrong access key"
+    assert hello_of(there).on_trial
+    with opened(there) as page:
+        assert page.confirm(KEY) == "OK"
+    wait_until(lambda: not hello_of(there).on_trial, "it is kept")
+
+
+def hello_of(there: Receiver) -> Hello:
+    with opened(there) as page:
+        return page.hello
+
+
+def test_the_digest_is_in_what_the_page_and_a_terminal_ask(there: Receiver) -> None:
+    connection = http.client.HTTPConnection("127.0.0.1", there.page, timeout=HANG_S)
+    connection.request("GET", "/api/controller")
+    assert json.loads(connection.getresponse().read())["digest"] == OLD
+    connection.close()
+    with socket.create_connection(("127.0.0.1", there.telnet), HANG_S) as one:
+        one.sendall(f"$LOGIN={KEY}\n$I\n".encode())
+        until(one, f"[DIGEST:{OLD}]\r\n".encode())
+
+
+def test_during_an_update_the_machine_says_so(there: Receiver) -> None:
+    """Neither an emergency stop to release, nor a lock that $X opens."""
+    with sender(there) as one:
+        until(one, b"ok\r\n")
+        with opened(there) as page:
+            assert page.ask(GOOD) == "OK"
+            until(one, b"ALARM:57\r\n[MSG:A firmware update is being written: wait until it ends]\r\n")
+            one.sendall(b"$X\n")
+            until(one, b"error:")
+            with sender(there) as later:
+                until(later, b"[MSG:Locked by ALARM:57: a firmware update is being written: wait until it ends]")
+        until(one, b"[MSG:Reset to continue]\r\n")  # it was called off
+
+
+def test_a_stranger_at_the_page_does_not_keep_an_update_out(there: Receiver) -> None:
+    with connect(f"ws://127.0.0.1:{there.page}/update", open_timeout=HANG_S) as stranger:
+        assert bytes(stranger.recv(HANG_S)).startswith(b"WIFICNC-OTA 3 ")
+        stranger.send(b"1")
+        assert answer(there, GOOD) == "OK"
+        assert bytes(stranger.recv(HANG_S)).startswith(b"ERROR another sender has connected")

@@ -52,10 +52,9 @@ def program(files: tuple[EmbeddedFile, ...]) -> Path:
 
 
 @contextmanager
-def receiver(key: str, slot: Path, files: Iterable[EmbeddedFile] = ()) -> Iterator[Receiver]:
-    process = subprocess.Popen(
-        [program(tuple(files)), key, slot], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    )
+def receiver(key: str, slot: Path, files: Iterable[EmbeddedFile] = (), *fate: str) -> Iterator[Receiver]:
+    command = [program(tuple(files)), key, slot, *fate]
+    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     assert process.stdin and process.stdout
     try:
         yield Receiver(process, slot)

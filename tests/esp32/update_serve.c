@@ -1,7 +1,10 @@
 /* SPDX-License-Identifier: MIT
  * The ESP32's controller task and page with the receiver of updates behind /update; the slot is a file. Says
  * its ports on stdout, telnet's and the page's. Each line of stdin is answered by `reached=0|1`: whether
- * someone who may command is connected over the network. Ends with stdin. Usage: update_serve KEY FILE */
+ * someone who may command is connected over the network. Ends with stdin. Usage: update_serve KEY FILE [old]
+ *
+ * A complete update restarts the receiver: the new firmware is on trial until it was reached; with "old" the
+ * one before it has returned. */
 #include "app/controller.h"
 #include "net/ota.h"
 #include "net/page.h"
@@ -15,16 +18,20 @@
 #include <string.h>
 #include <unistd.h>
 
-enum { SLOT_SIZE = 200000, CHIP_ID = 9 };
+enum { SLOT_SIZE = 200000, CHIP_ID = 9, DIGEST_AT = 176 };
+
+#define OLD_DIGEST "0ld0ld0ld0ld0ld0"
 
 static struct {
+    struct host *host;
     struct controller *controller;
     struct ota ota;
     const char *path;
     FILE *file;
-    bool locked;
     uint8_t nonce;
-} slot;
+    bool returns; /* the old firmware */
+    char digest[OTA_DIGEST_DIGITS + 1];
+} slot = {.digest = OLD_DIGEST};
 
 static const char *begin(void *ctx, size_t size) {
     (void)ctx;
@@ -34,7 +41,7 @@ static const char *begin(void *ctx, size_t size) {
     if (why != NULL)
         return why;
     slot.file = fopen(slot.path, "wb");
-    slot.locked = true;
+    virtual_lock(slot.host, HAL_LOCK_UPDATE);
     return slot.file != NULL ? NULL : "no file";
 }
 
@@ -51,13 +58,13 @@ static const char *write_file(void *ctx, const uint8_t *bytes, size_t count) {
 
 static const char *end(void *ctx) {
     (void)ctx;
-    slot.locked = false;
+    virtual_lock(slot.host, HAL_LOCK_NONE);
     return fclose(slot.file) == 0 ? NULL : "the disk is full";
 }
 
 static void abort_it(void *ctx) {
     (void)ctx;
-    slot.locked = false;
+    virtual_lock(slot.host, HAL_LOCK_NONE);
     (void)fclose(slot.file);
     (void)remove(slot.path);
 }
@@ -78,22 +85,53 @@ static bool read_stdin(void) {
     return got != 0;
 }
 
-static void start(char **argv, struct host *host, struct controller *controller) {
-    static const struct net_hub_sizes sizes = {.clients = CLIENTS, .in = 2048, .out = 16384, .left = 2048};
+static void start_receiver(void) {
     static const struct ota_ops ops = {
         .begin = begin, .is_signed = is_signed, .write = write_file, .end = end, .abort = abort_it};
     static const struct ota_image image = {
-        .board = "esp32s3-devkitc", .chip_id = CHIP_ID, .project = "wificnc"};
+        .board = "esp32s3-devkitc", .chip_id = CHIP_ID, .project = "wificnc", .digest = slot.digest};
+    ota_init(&slot.ota, &ops, NULL, &image, &slot.controller->access);
+}
+
+static void read_digest(void) {
+    uint8_t bytes[OTA_DIGEST_DIGITS / 2];
+    FILE *file = fopen(slot.path, "rb");
+    if (file == NULL || fseek(file, DIGEST_AT, SEEK_SET) != 0 || fread(bytes, sizeof bytes, 1, file) != 1)
+        exit(3);
+    (void)fclose(file);
+    for (size_t i = 0; i < sizeof bytes; i++)
+        snprintf(slot.digest + 2 * i, 3, "%02x", bytes[i]);
+}
+
+/* What becomes of an update when its sender has gone. */
+static void follow_update(void) {
+    if (slot.ota.state != OTA_FREE)
+        return;
+    if (slot.ota.done) {
+        if (!slot.returns)
+            read_digest();
+        start_receiver();
+        slot.ota.on_trial = !slot.returns;
+    } else if (slot.ota.reached) {
+        slot.ota.on_trial = false;
+    }
+}
+
+static void start(char **argv, struct host *host, struct controller *controller) {
+    static const struct net_hub_sizes sizes = {.clients = CLIENTS, .in = 2048, .out = 16384, .left = 2048};
     static const uint8_t salt[ACCESS_SALT];
-    const struct page_names names = {.own = "WiFiCNC-1A2B", .update = update, .updates = &slot.ota};
+    const struct page_names names = {.own = "WiFiCNC-1A2B", .update = update, .updates = &slot.ota, .digest = OLD_DIGEST};
     int error;
     controller_init(controller, &host->machine, &sizes);
     host->machine.out = controller_out(controller);
     access_init(&controller->access, argv[1], false, salt, hal_time_us(&host->hal));
     controller_set(controller, &(struct controller_options){.key = argv[1]});
+    slot.host = host;
     slot.controller = controller;
     slot.path = argv[2];
-    ota_init(&slot.ota, &ops, NULL, &image, &controller->access);
+    slot.returns = argv[3] != NULL;
+    host->machine.board.digest = OLD_DIGEST;
+    start_receiver();
     if (!controller_listen(controller, "127.0.0.1", "0", &error) ||
         !page_start(&controller->hub, "127.0.0.1", &names, "0", &error))
         exit(1);
@@ -105,7 +143,7 @@ int main(int argc, char **argv) {
     static struct controller controller;
     static const struct timespec pace = {.tv_nsec = 100000}; /* leaves the processor to other tests */
     struct host *host = host_create(&board);
-    if (argc != 3 || host == NULL)
+    if (argc < 3 || host == NULL)
         return 2;
     (void)signal(SIGPIPE, SIG_IGN);
     start(argv, host, &controller);
@@ -114,6 +152,7 @@ int main(int argc, char **argv) {
         bool more = page_poll(page_time_us());
         more |= controller_round(&controller);
         more |= ota_poll(&slot.ota, page_time_us());
+        follow_update();
         pass_a_millisecond(host);
         if (!more && !host->machine.drive.step.active)
             (void)nanosleep(&pace, NULL);

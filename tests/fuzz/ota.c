@@ -8,6 +8,7 @@
  *   - what is written is what came, in its order; it starts next only when all of the announced image is
  * there
  *   - each answer is a whole line, and each connection is closed once
+ *   - who has proved to know the key is not displaced
  *
  * The input: a byte of options, then a row of actions; the first byte says which, what it needs follows. */
 #include "net/ota.h"
@@ -74,19 +75,28 @@ static void shut(const struct net_stream *stream) {
     scene.open = false;
 }
 
-/* A second connection: a word why not, and it is closed. */
-static unsigned refusals, refusals_closed;
+/* A second connection, which leaves at once. */
+static unsigned seconds_open;
+static bool second_is_refused;
 
-static long give_refusal(const struct net_stream *stream, const char *bytes, size_t count) {
+static long take_nothing(const struct net_stream *stream, char *bytes, size_t size) {
     (void)stream;
-    CLAIM(count > 6 && memcmp(bytes, "ERROR ", 6) == 0 && bytes[count - 1] == '\n', "%.20s", bytes);
-    refusals++;
+    (void)bytes;
+    (void)size;
+    return NET_ENDED;
+}
+
+static long give_second(const struct net_stream *stream, const char *bytes, size_t count) {
+    (void)stream;
+    CLAIM(count > 6 && bytes[count - 1] == '\n', "%.20s", bytes);
+    second_is_refused = memcmp(bytes, "ERROR ", 6) == 0;
     return (long)count;
 }
 
-static void shut_refused(const struct net_stream *stream) {
+static void shut_second(const struct net_stream *stream) {
     (void)stream;
-    refusals_closed++;
+    CLAIM(seconds_open > 0, "closed twice");
+    seconds_open--;
 }
 
 /* ---- the flash ---- */
@@ -165,14 +175,19 @@ static void check_out(void) {
 }
 
 static void come(void) {
-    static const struct net_stream_ops ops = {take, give, shut}, other = {take, give_refusal, shut_refused};
+    static const struct net_stream_ops ops = {take, give, shut};
+    static const struct net_stream_ops other = {take_nothing, give_second, shut_second};
     uint8_t nonce[OTA_NONCE_SIZE] = {(uint8_t)++scene.number, (uint8_t)(scene.number >> 8)};
     const struct net_stream stream = {.ops = &ops, .peer = 1}, second = {.ops = &other, .peer = 2};
     if (scene.open) {
-        CLAIM(!ota_connect(&scene.ota, &second, nonce, scene.now_us), "two uploads at the same time");
-        CLAIM(refusals == refusals_closed, "a refused connection stays open");
+        const bool proved = scene.ota.proved;
+        seconds_open++;
+        const bool in = ota_connect(&scene.ota, &second, nonce, scene.now_us);
+        CLAIM(!in || (!proved && !scene.open), "two uploads at the same time");
+        CLAIM(in != second_is_refused && in == (seconds_open == 1), "a refused connection stays open");
         return;
     }
+    scene.ota.done = false; /* it has restarted */
     check_out();
     scene.in_count = scene.out_count = 0;
     scene.ended = scene.failed = scene.proven = false;
@@ -189,7 +204,8 @@ static void put_hex(char *text, const uint8_t *bytes, size_t count) {
     text[2 * count] = '\0';
 }
 
-/* @param flaw  0: good in all; 1: another signature; 2: another key; 3: another image; 4: no digits */
+/* @param flaw  0: good in all; 1: another signature; 2: another key; 3: another image; 4: no digits;
+ *  7: a confirmation, of no image */
 static void request(unsigned size, unsigned flaw) {
     char digest_hex[2 * SHA256_SIZE + 1], signature_hex[2 * SIGNATURE_SIZE + 1], mac_hex[2 * SHA256_SIZE + 1];
     char words[OTA_LINE_SIZE], message[OTA_LINE_SIZE + 2 * OTA_NONCE_SIZE], line[2 * OTA_LINE_SIZE];
@@ -205,6 +221,8 @@ static void request(unsigned size, unsigned flaw) {
     put_hex(digest_hex, digest, sizeof digest);
     put_hex(signature_hex, signature, sizeof signature);
     snprintf(words, sizeof words, "%u %s %s", size, digest_hex, signature_hex);
+    if (flaw == 7)
+        snprintf(words, sizeof words, "confirm");
     int count = snprintf(message, sizeof message, "%s %s", scene.ota.nonce, words);
     sha256_hmac(scene.access.secret, SHA256_SIZE, message, (size_t)count, mac);
     mac[5] ^= flaw == 2;
@@ -274,7 +292,8 @@ static const struct access *locked_access(void) {
 static void begin_scene(uint8_t options) {
     static const struct ota_ops ops = {
         .begin = begin, .is_signed = is_signed, .write = write_flash, .end = end, .abort = abort_it};
-    static const struct ota_image wanted = {.board = "esp32s3-zero", .chip_id = CHIP, .project = "wificnc"};
+    static const struct ota_image wanted = {
+        .board = "esp32s3-zero", .chip_id = CHIP, .project = "wificnc", .digest = "0123456789abcdef"};
     for (size_t i = 0; i < IMAGE_MAX; i++)
         image[i] = (uint8_t)(i * 2654435761u >> 13);
     image[0] = 0xE9;
@@ -282,7 +301,7 @@ static void begin_scene(uint8_t options) {
     image[13] = 0;
     memcpy(image + 80, "wificnc", 8);
     memset(&scene, 0, sizeof scene);
-    refusals = refusals_closed = 0;
+    seconds_open = 0;
     scene.options = options;
     scene.access = *locked_access();
     ota_init(&scene.ota, &ops, NULL, &wanted, &scene.access);
@@ -298,7 +317,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     }
     for (unsigned n = 0; n < 40; n++) /* whoever is silent is let go */
         pass(OTA_IDLE_US / 2);
-    CLAIM(!scene.open && scene.ota.state == OTA_FREE, "it waits for ever");
+    CLAIM(!scene.open && seconds_open == 0 && scene.ota.state == OTA_FREE, "it waits for ever");
     CLAIM(!scene.locked, "the machine stays locked");
     check_out();
     return 0;

@@ -26,7 +26,8 @@ COLOURS = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow", Severity
 @click.option("--machine", required=True, help="Machine profile, name or TOML file.")
 @click.option("--board", default="host", show_default=True, help="Board id or TOML file: its step rate is a limit.")
 @click.option("--work-zero", metavar="X..Y..Z..", help="Where the job's zero lies in machine coordinates, mm.")
-@click.option("--set", "settings", multiple=True, metavar="'$N=VALUE'", help="A setting on top of that; repeatable.")
+@click.option("--set", "settings", multiple=True, metavar="NAME=VALUE",
+              help="A setting on top of that, such as max_rate_mm_min.x=5000 or '$110=5000'; repeatable.")  # fmt: skip
 @click.option("--at", multiple=True, metavar="'TIME WHAT'", help="Machine event, like '0s surface -5'; repeatable.")
 @click.option("--strict", is_flag=True, help="Exit code 1 for warnings, too.")
 @json_option

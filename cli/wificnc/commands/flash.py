@@ -23,7 +23,7 @@ from wificnc.commands._target import json_option
 from wificnc.errors import BuildError, FlashError
 from wificnc.flash.find import firmware_folder
 from wificnc.flash.ota import PORT as OTA_PORT
-from wificnc.flash.ota import Signed, Upload
+from wificnc.flash.ota import Hello, Signed, greeted
 from wificnc.flash.pic32mz import OWN, RUNNERS, is_own, plan_flash, read_image, run_flash
 from wificnc.flash.plan import (
     Chip,
@@ -34,7 +34,7 @@ from wificnc.flash.plan import (
     load_regions,
     read_partitions,
 )
-from wificnc.flash.reach import RESTART_S, TRIAL_MINUTES, wait_until_reached
+from wificnc.flash.reach import RESTART_S, wait_until_kept
 from wificnc.flash.uhb import HidWire, Page, describe, plan_pages
 from wificnc.flash.uhb import flash as write_by_usb
 from wificnc.link.target import host_and_port
@@ -282,25 +282,35 @@ def update(board: Board, folder: Path, host: str, key: str | None, way: Way) -> 
     facts = {"host": name, "port": port, "size": len(image.data)}
     if way.dry_run:
         return Done(facts, [f"{len(image.data):,} bytes to {name}:{port}, into the inactive slot"])
-    upload = Upload(name, port)
+    if not any(bytes.fromhex(image.digest)):
+        raise FlashError(
+            f"{folder / 'firmware.bin'} does not contain the digest of its ELF file",
+            hint=f"`wificnc build {board.id}` makes one that does; or write it over USB: without --ota",
+        )
+    upload, hello = greeted(name, port)
     try:
-        hello = upload.hello()
-        other = hello.board != board.id
-        if other and not way.other_board:
-            raise FlashError(
-                f"{upload.name} is the board {hello.board}, and this firmware is for {board.id}",
-                hint=f"wificnc flash {hello.board} --ota {host}; or give --other-board if {board.id} is meant",
-            )
-        key = key or click.prompt("access key", hide_input=True, err=True)
+        other = check_board_there(board, hello, host, way)
+        if not key:
+            upload.close()  # who types may take longer than the controller waits
+            key = click.prompt("access key", hide_input=True, err=True)
+            upload, hello = greeted(name, port)
         with progress_bars() as show:
             upload.send(hello, image, key, lambda done, total: show("firmware", done, total), other)
     finally:
         upload.close()
     ui.note("the controller has checked it and starts it now; if this fails, it returns to the old firmware")
-    if port != OTA_PORT:
-        ui.note(f"log in within {TRIAL_MINUTES} minutes, so that it keeps the new one: `wificnc login HOST`")
-        return Done(facts)
-    time.sleep(RESTART_S)
-    wait_until_reached(name, key)
-    ui.note("it has come back and keeps the new firmware")
-    return Done(facts)
+    if not hello.digest:
+        time.sleep(RESTART_S)
+    wait_until_kept(name, port, key, image.digest)
+    ui.note(f"the new firmware runs and is kept: {image.digest}")
+    return Done({**facts, "digest": image.digest})
+
+
+def check_board_there(board: Board, hello: Hello, host: str, way: Way) -> bool:
+    """@return the controller is another board, and BOARD's is meant. Raises FlashError."""
+    if hello.board != board.id and not way.other_board:
+        raise FlashError(
+            f"{host} is the board {hello.board}, and this firmware is for {board.id}",
+            hint=f"wificnc flash {hello.board} --ota {host}; or give --other-board if {board.id} is meant",
+        )
+    return hello.board != board.id

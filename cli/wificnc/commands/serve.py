@@ -97,7 +97,8 @@ NOWHERE = Address("127.0.0.1", 0)  # of the controller, when only the page is to
     help="What the Ethernet of an image is connected to: docs/espsim.md. Default: user, if libslirp is installed.",
 )
 @click.option("--machine", help="Machine profile, name or TOML file: steps/mm, rates, accelerations, travel.")
-@click.option("--set", "lines", multiple=True, metavar="'$N=VALUE'", help="A setting on top of that; repeatable.")
+@click.option("--set", "lines", multiple=True, metavar="NAME=VALUE",
+              help="A setting on top of that, such as max_rate_mm_min.x=5000 or '$110=5000'; repeatable.")  # fmt: skip
 @click.option(
     "--settings", "store", type=click.Path(path_type=Path), metavar="FILE", help="Store settings in this file."
 )

@@ -21,6 +21,7 @@ from wificnc.link.client import Client, Target, connected, error_words, expect_s
 from wificnc.link.settings import (
     Change,
     Values,
+    assignment,
     differences,
     export_text,
     find,
@@ -72,11 +73,9 @@ def get(names: tuple[str, ...], target: Target, as_json: bool) -> None:
 def set(assignments: tuple[str, ...], target: Target, as_json: bool) -> None:
     """Change settings: `wificnc settings set max_rate_mm_min.x=5000 '$22=1'`."""
     wanted: Values = {}
-    for assignment in assignments:
-        key, equals, value = assignment.partition("=")
-        if not equals or not value.strip():
-            raise UserError(f"{assignment!r} is not an assignment", hint="NAME=VALUE, like max_rate_mm_min.x=5000")
-        wanted[find(key.strip())] = switch(value.strip())
+    for text in assignments:
+        number, value = assignment(text)
+        wanted[number] = value
     with ready(target) as client:
         before = client.settings()
         apply(client, sending_order([Change(n, name_of(n), "", before.get(n), value) for n, value in wanted.items()]))
@@ -210,11 +209,6 @@ def apply(client: Client, changes: Sequence[Change]) -> None:
         if answer.code:
             already = f" ({done} before it were applied)" if done else ""
             raise RefusedError(f"{change.name} = {change.after}: {error_words(answer.code)}{already}")
-
-
-def switch(value: str) -> str:
-    """on and true as 1, off and false as 0; anything else as it is."""
-    return {"on": "1", "true": "1", "off": "0", "false": "0"}.get(value.lower(), value)
 
 
 def agree(count: int, yes: bool) -> None:

@@ -31,7 +31,8 @@ ERRORS_SHOWN = 20
 @click.argument("file", type=click.Path(path_type=Path), required=False)
 @click.option("--board", default="host", show_default=True, help="Board id or TOML file: axes, timer, pulse timing.")
 @click.option("--machine", help="Machine profile, name or TOML file: steps/mm, rates, accelerations, travel.")
-@click.option("--set", "settings", multiple=True, metavar="'$N=VALUE'", help="A setting on top of that; repeatable.")
+@click.option("--set", "settings", multiple=True, metavar="NAME=VALUE",
+              help="A setting on top of that, such as max_rate_mm_min.x=5000 or '$110=5000'; repeatable.")  # fmt: skip
 @click.option("--json", "json_path", type=OutputFile(), help="Write the figures; - is stdout.")
 @click.option(
     "--plot", type=OutputFile(stdout=False), help="Draw the path, its speed, what a laser burns: .png or .svg."

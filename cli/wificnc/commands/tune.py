@@ -202,7 +202,8 @@ def log(
               help=f"Damping ratio, likewise. Default: {load_settings()['shaper_damping'].default:g}.")  # fmt: skip
 @click.option("--board", default="host", show_default=True, help="Board id or TOML file, as for `wificnc sim`.")
 @click.option("--machine", help="Machine profile, name or TOML file: steps/mm, rates, accelerations.")
-@click.option("--set", "settings", multiple=True, metavar="'$N=VALUE'", help="A setting on top of that; repeatable.")
+@click.option("--set", "settings", multiple=True, metavar="NAME=VALUE",
+              help="A setting on top of that, such as max_rate_mm_min.x=5000 or '$110=5000'; repeatable.")  # fmt: skip
 @click.option("--plot", type=OutputFile(stdout=False), help="Draw the vibration before and after: .png or .svg.")
 @spread_option
 @max_lines_option

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import hmac
 import socket
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -15,10 +16,17 @@ PORT = 58430
 CONNECT_S = 5.0
 ANSWER_S = 20.0  # a sector is erased meanwhile
 CHUNK = 16384
+DIGEST_AT, DIGEST_DIGITS = 176, 16  # app_elf_sha256 of esp_app_desc_t, in an image
+STATES = ("kept", "trial")
+CONFIRM = "confirm"
+BUSY, BUSY_S, AGAIN_S = "another upload", 12.0, 0.5
 REFUSAL_HINTS = {
     "access key": "`wificnc wifi status` shows it, over USB",
     "for the board": "flash the firmware of its own board, or give --other-board if this is meant",
     "not signed": "an update comes from who has built the firmware that runs: docs/security.md#updates",
+    "on trial": "run the same command again in half a minute",
+    BUSY: "run the same command again when that one has ended",
+    "another sender": "run the same command again: your key was not proved in time",
 }
 AGAIN_HINT = "the old firmware still runs; run the same command again"
 
@@ -31,6 +39,8 @@ class Hello:
     nonce: str
     salt: str
     rounds: int
+    digest: str = ""  # of the firmware that runs; "": an older one, which does not report it
+    on_trial: bool = False
 
 
 @dataclass(frozen=True)
@@ -39,6 +49,28 @@ class Signed:
 
     data: bytes
     signature: bytes  # 64 bytes: build/signing.py
+
+    @property
+    def digest(self) -> str:
+        """As the controller reports that of the firmware that runs: the first digits of the SHA-256 of its ELF file."""
+        return self.data[DIGEST_AT : DIGEST_AT + DIGEST_DIGITS // 2].hex()
+
+
+def greeted(host: str, port: int) -> tuple[Upload, Hello]:
+    """A connection, and what the controller says first. Raises FlashError.
+
+    Someone without the key holds the place for ten seconds at most.
+    """
+    deadline = time.monotonic() + BUSY_S
+    while True:
+        upload = Upload(host, port)
+        try:
+            return upload, upload.hello()
+        except FlashError as err:
+            upload.close()
+            if BUSY not in err.message or time.monotonic() >= deadline:
+                raise
+        time.sleep(AGAIN_S)
 
 
 def proof(key: str, hello: Hello, request: str) -> str:
@@ -64,10 +96,18 @@ class Upload:
 
     def hello(self) -> Hello:
         words = self._line().split(" ")
-        if len(words) != 6 or words[:2] != ["WIFICNC-OTA", "3"] or not words[5].isdecimal():
+        _, *runs = words[5:] or [""]
+        known = len(words) >= 6 and words[:2] == ["WIFICNC-OTA", "3"] and words[5].isdecimal()
+        if not known or (runs and (len(runs) != 2 or runs[1] not in STATES)):
             self._raise_error(" ".join(words))
             raise FlashError(f"{self.name} does not support the updates of this version")
-        return Hello(words[2], words[3], words[4], int(words[5]))
+        digest, state = runs or ("", "kept")
+        return Hello(words[2], words[3], words[4], int(words[5]), digest, state == "trial")
+
+    def confirm(self, hello: Hello, key: str) -> None:
+        """The firmware that runs is reached by someone who knows the key: it can be kept."""
+        self._put(f"{CONFIRM} {proof(key, hello, CONFIRM)}\n".encode())
+        self._expect("OK")
 
     def send(
         self, hello: Hello, image: Signed, key: str, progress: Callable[[int, int], None], other_board: bool = False

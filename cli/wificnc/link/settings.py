@@ -57,6 +57,7 @@ def all_known() -> Iterator[Known]:
             yield Known(row.number + axis, row, AXES[axis].lower() if row.per_axis else "")
 
 
+_SHELL = re.compile(r"-?(?:\S*/)?(?:ba|da|k|z)?sh")
 _BY_NUMBER = {known.number: known for known in all_known()}
 _BY_NAME = {known.name: known for known in all_known()}
 
@@ -71,15 +72,45 @@ def name_of(number: int) -> str:
 
 
 def find(key: str) -> int:
-    """The number behind $110, 110 or max_rate_mm_min.x. Raises UserError."""
-    if match := re.fullmatch(r"\$?(\d{1,5})", key):
-        return int(match[1])
+    """The number behind $110, 110 or max_rate_mm_min.x. Raises UserError.
+
+    Without its $ a number is refused that may be what a shell has left of another one: of $130 it leaves 30.
+    """
+    if match := re.fullmatch(r"(\$?)(\d{1,5})", key, re.ASCII):
+        number = int(match[2])
+        if not match[1] and (meant := _may_be_rest_of(match[2])):
+            own = [_BY_NUMBER[number]] if number in _BY_NUMBER else []
+            raise UserError(f"{key} may be what a shell has left of ${meant[0].number}", _quoting(*own, *meant))
+        return number
     if key.lower() in _BY_NAME:
         return _BY_NAME[key.lower()].number
     if f"{key.lower()}.x" in _BY_NAME:
         raise UserError(f"{key} has a value for each axis", hint=f"give the axis: {key.lower()}.x")
-    meant = closest(key.lower(), _BY_NAME)
-    raise UserError(f"unknown setting {key}", hint=f"did you mean {meant}?" if meant else "a name, or $N")
+    if _SHELL.fullmatch(key):
+        raise UserError(f"{key} is what a shell has made of $0", _quoting(_BY_NUMBER[0]))
+    if not key:
+        raise UserError("the setting is missing: a shell replaces $1", _quoting(_BY_NUMBER[1]))
+    close = closest(key.lower(), _BY_NAME)
+    raise UserError(f"unknown setting {key}", hint=f"did you mean {close}?" if close else "a name, or $N")
+
+
+def _may_be_rest_of(digits: str) -> list[Known]:
+    """Settings whose number without its first digit is this one."""
+    return [entry for entry in _BY_NUMBER.values() if str(entry.number)[1:] == digits]
+
+
+def _quoting(*meant: Known) -> str:
+    names = " or ".join(f"'${entry.number}' ({entry.name})" for entry in meant[:3])
+    return f"quote it: {names}{', ...' * (len(meant) > 3)}; or use its name"
+
+
+def assignment(text: str) -> tuple[int, str]:
+    """`max_rate_mm_min.x=5000` or `$22=on` as number and value: on and true are 1, off and false 0. Raises UserError."""
+    key, equals, value = text.partition("=")
+    if not equals or not value.strip():
+        raise UserError(f"{text!r} is not an assignment", hint="NAME=VALUE, like max_rate_mm_min.x=5000")
+    number = find(key.strip())
+    return number, {"on": "1", "true": "1", "off": "0", "false": "0"}.get(value.strip().lower(), value.strip())
 
 
 def same(number: int, a: str | None, b: str | None) -> bool:

@@ -17,6 +17,7 @@ from wificnc.board.shift_registers import step_grid_ns
 from wificnc.build.host import ensure_host_library
 from wificnc.errors import JobError, UserError
 from wificnc.job.program import read_program
+from wificnc.link.settings import assignment
 from wificnc.machine import load_machine
 from wificnc.machine.fit import check_fit
 from wificnc.machine.model import Machine
@@ -29,7 +30,7 @@ from wificnc.sim.trace import TRACE_SUFFIXES, TraceFile, signal_names
 AT = re.compile(r"(\d+\.?\d*|\.\d+)\s*(s|ms|min)\s+(\S.*)")
 UNIT_S = {"s": 1.0, "ms": 0.001, "min": 60.0}
 PLOT_SUFFIXES = (".png", ".svg")
-SETTING = re.compile(r"\$?(\d+)\s*=\s*([-+]?(?:\d+\.?\d*|\.\d+))")
+VALUE = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)", re.ASCII)
 
 
 @dataclass(frozen=True)
@@ -89,11 +90,14 @@ def simulate(options: SimOptions, on_progress: Progress | None = None) -> SimRes
 
 
 def parse_setting(text: str) -> str:
-    """'110=5000' or '$110=5000' as the controller reads it. Raises UserError."""
-    found = SETTING.fullmatch(text.strip())
-    if not found:
-        raise UserError(f"--set {text!r}: a setting looks like '$110=5000'", hint="quote it: the shell eats $1")
-    return f"${found[1]}={found[2]}"
+    """'max_rate_mm_min.x=5000' or '$110=5000' as the controller reads it. Raises UserError."""
+    try:
+        number, value = assignment(text)
+    except UserError as err:
+        raise UserError(f"--set {text!r}: {err.message}", err.hint) from err
+    if not VALUE.fullmatch(value):
+        raise UserError(f"--set {text!r}: {value!r} is not a number", hint="like max_rate_mm_min.x=5000")
+    return f"${number}={value}"
 
 
 def parse_at(text: str) -> At:

@@ -23,12 +23,14 @@ enum { RESTART_US = 500000 };
 
 void services_start(struct services *services, struct access *access, const struct ota_flash *flash,
                     uint16_t telnet_port) {
-    static const struct ota_image image = {.board = BOARD_ID, .chip_id = CHIP_ID, .project = "wificnc"};
+    const struct ota_image image = {
+        .board = BOARD_ID, .chip_id = CHIP_ID, .project = "wificnc", .digest = ota_flash_digest()};
     char address[NET_ADDRESS_SIZE], port[8];
     int error;
     *services = (struct services){
         .flash = *flash, .mdns = {.port = telnet_port}, .trial = {.on = ota_flash_is_on_trial()}};
     ota_init(&services->ota, &ota_flash_ops, &services->flash, &image, access);
+    services->ota.on_trial = services->trial.on;
     snprintf(port, sizeof port, "%d", OTA_PORT);
     /* without the radio there is no nonce that no one can foresee */
     bool guarded = wifi_own_password()[0] != '\0';
@@ -89,10 +91,12 @@ static void poll_name(struct services *services, uint32_t now_us) {
 bool services_poll(struct services *services, uint32_t now_us, bool reached, bool at_rest) {
     services->now_us = now_us;
     poll_name(services, now_us);
+    reached |= services->ota.reached;
     const enum update_verdict verdict = update_trial_poll(&services->trial, now_us, reached, at_rest);
-    if (verdict == UPDATE_CONFIRM)
+    if (verdict == UPDATE_CONFIRM) {
         ota_flash_confirm();
-    else if (verdict == UPDATE_REVERT)
+        services->ota.on_trial = ota_flash_is_on_trial(); /* what the flash says: it may have failed */
+    } else if (verdict == UPDATE_REVERT)
         ota_flash_revert();
     return poll_updates(services, now_us);
 }

@@ -160,7 +160,8 @@ void IRAM_ATTR inputs_read(const struct inputs *inputs, struct hal_inputs *out) 
     out->pins = read_switches(inputs, inputs->debounce.raw ^ inputs->active_low);
     out->probe = (high >> INPUT_PROBE & 1) != 0;
     out->toolsetter = (high >> INPUT_TOOLSETTER & 1) != 0;
-    out->estop = (on >> INPUT_ESTOP & 1) != 0 || inputs->locked;
+    out->lock = inputs->lock;
+    out->estop = (on >> INPUT_ESTOP & 1) != 0 || out->lock != HAL_LOCK_NONE;
     out->door = misc_is_on(on, inputs->roles.door);
     out->hold = misc_is_on(on, inputs->roles.hold);
     out->start = misc_is_on(on, inputs->roles.start);

@@ -26,7 +26,7 @@ struct inputs {
     const struct gang *gang; /* whose switches they are */
     struct input_roles roles;
     struct debounce debounce;
-    volatile bool locked;    /* as if e-stop were pressed: an update, safe mode */
+    volatile uint8_t lock;   /* enum hal_lock: as if the e-stop were pressed */
     uint32_t active_low;     /* inputs that are on while their line is low */
     uint32_t home_high;      /* home lines that the board calls active high */
     struct encoder *encoder; /* of the index line; NULL: none is wired */

@@ -138,13 +138,15 @@ static const char *lock_machine(void *ctx) {
     const char *why = controller_why_busy(&firmware->controller);
     if (why != NULL)
         return why;
-    firmware->hal.inputs.locked = true;
+    if (firmware->hal.inputs.lock == HAL_LOCK_NONE)
+        firmware->hal.inputs.lock = HAL_LOCK_UPDATE;
     return NULL;
 }
 
 static void unlock_machine(void *ctx) {
     struct firmware *firmware = ctx;
-    firmware->hal.inputs.locked = firmware->safe_mode;
+    if (firmware->hal.inputs.lock == HAL_LOCK_UPDATE)
+        firmware->hal.inputs.lock = HAL_LOCK_NONE;
 }
 
 static const char *lock_outputs(void *ctx) {
@@ -183,7 +185,8 @@ static void start_servers(struct firmware *firmware) {
         snprintf(text, sizeof text, "Cannot start Telnet, error %d", error);
         firmware_tell(firmware, text);
     }
-    struct page_names names = {.own = network_name(), .others = load_names(&firmware->store)};
+    struct page_names names = {
+        .own = network_name(), .others = load_names(&firmware->store), .digest = ota_flash_digest()};
     if (firmware->portal != NULL) {
         names.network = portal_network;
         names.portal = portal_page;

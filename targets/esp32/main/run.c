@@ -71,7 +71,7 @@ static bool serve_network(struct firmware *firmware, uint32_t now_us) {
 static void check_steps(struct firmware *firmware) {
     if (!step_engine_has_lost())
         return;
-    firmware->hal.inputs.locked = true;
+    firmware->hal.inputs.lock = HAL_LOCK_STEPS_LOST;
     firmware_tell(firmware, "The shift registers have lost step pulses: e-stop until the board is restarted");
 }
 

@@ -109,7 +109,7 @@ static void start_inputs(struct firmware *firmware) {
     (void)read_u8(firmware, NVS_START_INPUT, &roles.start);
     inputs_init(&firmware->hal.inputs, wire, &firmware->step_pins.gang, &roles);
     /* Reads as a pressed e-stop: in safe mode, and during an update, nothing can be commanded to move. */
-    firmware->hal.inputs.locked = firmware->safe_mode;
+    firmware->hal.inputs.lock = firmware->safe_mode ? HAL_LOCK_SAFE_MODE : HAL_LOCK_NONE;
 }
 
 void firmware_start_hal(struct firmware *firmware) {
@@ -170,6 +170,7 @@ static struct machine_board board_of(struct firmware *firmware, enum nvs_start k
     const struct hal *hal = &firmware->hal;
     board.store = kept == NVS_START_FAILED ? NULL : &nvs_hal_store;
     board.store_ctx = &firmware->store;
+    board.digest = ota_flash_digest();
     board.ganged = chip_ganged(&firmware->hal, &firmware->step_pins.gang);
     board.servo = outputs_have_servo(&hal->outputs) ? &esp32_servo : NULL;
     board.pump = outputs_have_pump(&hal->outputs) ? &esp32_pump : NULL;

@@ -14,7 +14,8 @@ void ota_init(struct ota *ota, const struct ota_ops *ops, void *ctx, const struc
     *ota = (struct ota){.ops = ops, .ctx = ctx, .image = *image, .access = access};
 }
 
-static const char request_form[] = "expected SIZE SHA256 SIGNATURE [any-board] MAC";
+static const char request_form[] = "expected SIZE SHA256 SIGNATURE [any-board] MAC, or confirm MAC";
+static const char confirm_word[] = "confirm ";
 static const char any_board_word[] = " any-board";
 static const char board_mark[] = "\"board\": \"";
 enum {
@@ -49,6 +50,8 @@ static void hang_up(struct ota *ota) {
         ota->ops->abort(ota->ctx);
     ota->stream.ops->close(&ota->stream);
     ota->state = OTA_FREE;
+    if (!ota->proved)
+        ota->left = ota->stream.peer;
 }
 
 static void refuse(struct ota *ota, const char *why) {
@@ -78,24 +81,51 @@ static bool get_hex(const char *text, uint8_t *bytes, size_t count) {
 
 /* ---- the first line ---- */
 
+static void dismiss(const struct net_stream *stream, const char *text) {
+    stream->ops->write(stream, text, strlen(text));
+    stream->ops->close(stream);
+}
+
+static bool is_trusted(const struct ota *ota, uint64_t peer) {
+    return !ota->access->open && access_may(ota->access, peer);
+}
+
+/* One that returns without end would else keep out everyone. */
+static bool may_displace(const struct ota *ota, uint64_t peer) {
+    const bool trusted = is_trusted(ota, peer);
+    if (ota->proved)
+        return false;
+    if (trusted != is_trusted(ota, ota->stream.peer))
+        return trusted;
+    return ota->left == 0 || peer != ota->left;
+}
+
 bool ota_connect(struct ota *ota, const struct net_stream *stream, const uint8_t nonce[OTA_NONCE_SIZE],
                  uint32_t now_us) {
-    static const char busy[] = "ERROR another upload is in progress\n";
     char text[OTA_SAID_SIZE], salt[2 * ACCESS_SALT + 1];
-    if (ota->state != OTA_FREE) {
-        stream->ops->write(stream, busy, sizeof busy - 1);
-        stream->ops->close(stream);
+    if (ota->done) {
+        dismiss(stream, "ERROR the controller is about to restart with a new firmware\n");
         return false;
+    }
+    if (ota->state != OTA_FREE && !may_displace(ota, stream->peer)) {
+        dismiss(stream, "ERROR another upload is in progress\n");
+        return false;
+    }
+    if (ota->state != OTA_FREE) {
+        say(ota, "ERROR another sender has connected before the access key was proved\n");
+        say_all(ota);
+        hang_up(ota);
     }
     ota->stream = *stream;
     ota->state = OTA_ASKED;
+    ota->proved = false;
     ota->line_size = ota->said_size = ota->taken = 0;
     ota->mark_at = ota->made_size = 0;
     ota->heard_us = now_us;
     put_hex(ota->nonce, nonce, OTA_NONCE_SIZE);
     put_hex(salt, ota->access->salt, ACCESS_SALT);
-    snprintf(text, sizeof text, "WIFICNC-OTA 3 %s %s %s %d\n", ota->image.board, ota->nonce, salt,
-             ACCESS_ROUNDS);
+    snprintf(text, sizeof text, "WIFICNC-OTA 3 %s %s %s %d %s %s\n", ota->image.board, ota->nonce, salt,
+             ACCESS_ROUNDS, ota->image.digest, ota->on_trial ? "trial" : "kept");
     say(ota, text);
     say_all(ota);
     return true;
@@ -120,25 +150,39 @@ static bool take_any_board(char *line) {
     return true;
 }
 
-/* -> size, digest and signature. @return NULL: it is well-formed, and its sender knows the access key */
-static const char *read_request(struct ota *ota, char *line, uint8_t signature[SIGNATURE_SIZE]) {
-    uint8_t mac[SHA256_SIZE], wanted[SHA256_SIZE];
+static bool is_confirmation(const char *line) {
+    return strncmp(line, confirm_word, sizeof confirm_word - 1) == 0;
+}
+
+/* -> size, digest and signature, which a confirmation lacks, and mac. @return it is well-formed */
+static bool read_words(struct ota *ota, char *line, uint8_t signature[SIGNATURE_SIZE],
+                       uint8_t mac[SHA256_SIZE]) {
     uint8_t *const words[] = {ota->digest, signature, mac};
     static const size_t sizes[] = {SHA256_SIZE, SIGNATURE_SIZE, SHA256_SIZE};
-    char message[OTA_LINE_SIZE + 2 * OTA_NONCE_SIZE];
     unsigned long long size;
     int words_at = 0;
+    if (is_confirmation(line))
+        return get_words(line + sizeof confirm_word - 1, &words[2], &sizes[2], 1);
+    ota->any_board = take_any_board(line);
+    if (sscanf(line, "%10llu %n", &size, &words_at) != 1 || words_at == 0)
+        return false;
+    ota->size = (size_t)size;
+    return get_words(line + words_at, words, sizes, 3);
+}
+
+/* @return NULL: it is well-formed, and its sender knows the access key */
+static const char *read_request(struct ota *ota, char *line, uint8_t signature[SIGNATURE_SIZE]) {
+    uint8_t mac[SHA256_SIZE], wanted[SHA256_SIZE];
+    char message[OTA_LINE_SIZE + 2 * OTA_NONCE_SIZE];
     const char *last = strrchr(line, ' ');
     int length =
         snprintf(message, sizeof message, "%s %.*s", ota->nonce, last == NULL ? 0 : (int)(last - line), line);
-    ota->any_board = take_any_board(line);
-    if (sscanf(line, "%10llu %n", &size, &words_at) != 1 || words_at == 0 ||
-        !get_words(line + words_at, words, sizes, 3))
+    if (!read_words(ota, line, signature, mac))
         return request_form;
     sha256_hmac(ota->access->secret, SHA256_SIZE, message, (size_t)length, wanted);
-    ota->size = (size_t)size;
-    bool good = access_prove(ota->access, ota->stream.peer, ota->tried_us, mac, wanted) == ACCESS_GOOD;
-    return good ? NULL : "wrong access key";
+    ota->proved = access_prove(ota->access, ota->stream.peer, ota->tried_us, mac, wanted) == ACCESS_GOOD;
+    ota->reached |= ota->proved;
+    return ota->proved ? NULL : "wrong access key";
 }
 
 /* The signature is looked at when the machine is locked and at rest: that takes a while. */
@@ -148,6 +192,11 @@ static void take_line(struct ota *ota) {
     uint8_t signature[SIGNATURE_SIZE];
     ota->line[ota->line_size] = '\0';
     const char *why = read_request(ota, ota->line, signature);
+    if (why == NULL && is_confirmation(ota->line)) {
+        ota->state = OTA_PARTS;
+        say(ota, "OK\n");
+        return;
+    }
     if (why == NULL && ota->size <= OTA_HEADER_SIZE)
         why = "not a firmware image: too small";
     if (why == NULL)
@@ -307,14 +356,22 @@ static bool read_piece(struct ota *ota, uint32_t now_us) {
         return false;
     }
     if (count > 0 && ota->state != OTA_DROPS) {
-        ota->heard_us = now_us;
         take(ota, bytes, (size_t)count);
+        if (ota->state != OTA_ASKED)
+            ota->heard_us = now_us;
     }
     return count > 0;
 }
 
 static bool reads(const struct ota *ota) {
     return ota->state == OTA_ASKED || ota->state == OTA_TAKES || ota->state == OTA_DROPS;
+}
+
+/* A byte now and then does not prolong the time for the first line. */
+static uint32_t patience_us(const struct ota *ota) {
+    if (ota->state == OTA_ASKED)
+        return OTA_PROOF_US;
+    return ota->state == OTA_DROPS ? OTA_LINGER_US : OTA_IDLE_US;
 }
 
 bool ota_poll(struct ota *ota, uint32_t now_us) {
@@ -331,7 +388,7 @@ bool ota_poll(struct ota *ota, uint32_t now_us) {
         return any;
     say_all(ota);
     const bool parted = ota->state == OTA_PARTS && ota->said_size == 0;
-    if (parted || now_us - ota->heard_us > (ota->state == OTA_DROPS ? OTA_LINGER_US : OTA_IDLE_US))
+    if (parted || now_us - ota->heard_us > patience_us(ota))
         hang_up(ota);
     return any;
 }

@@ -3,8 +3,11 @@
 
 #include "signing_key.h"
 
+#include "esp_app_desc.h"
 #include "esp_ota_ops.h"
 #include "esp_partition.h"
+
+#include <stdio.h>
 
 static struct {
     const esp_partition_t *slot;
@@ -18,6 +21,8 @@ static const char *begin(void *ctx, size_t size) {
         return "the flash has no second slot: update over USB";
     if (size > update.slot->size)
         return "the image is larger than its slot";
+    if (ota_flash_is_on_trial())
+        return "the firmware that runs is on trial: it is kept 30 s after its start, and can be replaced then";
     const char *why = flash->lock(flash->ctx);
     if (why != NULL)
         return why;
@@ -56,6 +61,14 @@ static void abort_it(void *ctx) {
 
 const struct ota_ops ota_flash_ops = {
     .begin = begin, .is_signed = is_signed, .write = write_flash, .end = end, .abort = abort_it};
+
+const char *ota_flash_digest(void) {
+    static char digest[OTA_DIGEST_DIGITS + 1];
+    const uint8_t *sha256 = esp_app_get_description()->app_elf_sha256;
+    for (size_t i = 0; i < OTA_DIGEST_DIGITS / 2; i++)
+        snprintf(digest + 2 * i, 3, "%02x", sha256[i]);
+    return digest;
+}
 
 bool ota_flash_is_on_trial(void) {
     esp_ota_img_states_t state;

@@ -20,7 +20,8 @@
     {path, type, tag, {page_file_##number, size}, {NULL, 0}, forever},
 
 #define ABOUT                                                                                                \
-    "{\"name\": \"%s\", \"version\": \"" VERSION_TEXT "\", \"board\": \"" BOARD_ID "\", \"axes\": %u}"
+    "{\"name\": \"%s\", \"version\": \"" VERSION_TEXT "\", \"board\": \"" BOARD_ID "\", \"digest\": \"%s\", " \
+    "\"axes\": %u}"
 
 #define SILENT_US 5000000u /* a silent connection holds one of four places */
 
@@ -42,12 +43,13 @@ bool page_start(struct net_hub *hub, const char *host, const struct page_names *
                 int *error) {
     static struct net_http_site site = {
         .files = files, .count = PAGE_FILE_COUNT, .connect = connect, .owner = owner, .silent_us = SILENT_US};
-    const size_t size = sizeof ABOUT + strlen(names->own);
+    const char *digest = names->digest != NULL ? names->digest : "";
+    const size_t size = sizeof ABOUT + strlen(names->own) + strlen(digest);
     char *about = malloc(size);
     *error = ENOMEM;
     if (about == NULL)
         return false;
-    snprintf(about, size, ABOUT, names->own, (unsigned)BOARD_AXIS_COUNT);
+    snprintf(about, size, ABOUT, names->own, digest, (unsigned)BOARD_AXIS_COUNT);
     site.about = about;
     site.name = names->own;
     site.names = names->others;

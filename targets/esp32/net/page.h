@@ -19,6 +19,7 @@ struct page_names {
     /* Likewise; NULL: no updates are taken. */
     void (*update)(void *updates, const struct net_stream *stream);
     void *updates;
+    const char *digest; /* of the firmware that runs; NULL: unknown */
 };
 
 /** Listen. @param hub  browsers become its clients

@@ -34,15 +34,22 @@ const WAIT_MS = 20;
 const ANSWER_MS = 20_000;
 const RESTART_MS = 3000;
 const BACK_MS = 90_000;
+/** Of a new firmware (targets/esp32/net/update_trial.h). */
+const TRIAL_MS = 300_000;
+/** app_elf_sha256 of esp_app_desc_t in an image, and how much of it the controller reports. */
+const DIGEST_AT = 176;
+const DIGEST_SIZE = 8;
 const AGAIN_MS = 1000;
 
 const WHICH = msg`A release has them as …-BOARD-firmware.bin and …-BOARD-firmware.sig, \`wificnc build\` as firmware.bin and firmware.sig.`;
-const HINTS: readonly [string, string][] = [
+const HINTS: readonly [string | RegExp, string][] = [
   ["access key", msg`It is shown over USB. Case, dashes and spaces do not matter.`],
   ["not signed", msg`An update comes from who has built the firmware that runs (docs/security.md).`],
   ["another chip", WHICH],
   ["another product", WHICH],
   ["damaged", msg`Send it again.`],
+  [/on trial/, msg`Send it again in half a minute.`],
+  [/another sender/, msg`Send it again.`],
 ];
 
 /**
@@ -171,7 +178,7 @@ class Lines {
 function good(line: string): string {
   if (!line.startsWith("ERROR ")) return line;
   const why = line.slice("ERROR ".length);
-  throw new FirmwareError(t`The controller refuses the update: ${why}`, tr(HINTS.find(([word]) => why.includes(word))?.[1] ?? ""));
+  throw new FirmwareError(t`The controller refuses the update: ${why}`, tr(HINTS.find(([word]) => why.match(word))?.[1] ?? ""));
 }
 
 function address(path: string): string {
@@ -180,16 +187,35 @@ function address(path: string): string {
   return url.href;
 }
 
+/** What it says first. */
+interface Hello {
+  nonce: string;
+  salt: string;
+  rounds: number;
+  /** Of the firmware that runs; "": an older one, which does not report it. */
+  digest: string;
+  onTrial: boolean;
+}
+
+async function greet(lines: Lines): Promise<Hello> {
+  const [name, version, , nonce, salt, rounds, digest = "", state] = good(await lines.next()).split(" ");
+  if (name !== "WIFICNC-OTA" || version !== "3" || !nonce || !salt) throw new FirmwareError(t`The controller does not support the updates of this page`);
+  return { nonce, salt, rounds: Number(rounds), digest, onTrial: state === "trial" };
+}
+
+/** The line with the proof that its sender knows the key. */
+async function request(lines: Lines, hello: Hello, key: string, words: string): Promise<void> {
+  const proof = hmac(sha256, keySecret(key, hello.salt, hello.rounds), utf8ToBytes(`${hello.nonce} ${words}`));
+  lines.socket.send(utf8ToBytes(`${words} ${bytesToHex(proof)}\n`));
+  good(await lines.next());
+}
+
 /** Send it, and wait until the controller has checked and installed it. Rejects with a FirmwareError. */
 export async function sendUpdate(update: Update, key: string, progress: (share: number) => void): Promise<void> {
   const lines = new Lines(new WebSocket(address("./update")));
   try {
-    const [name, version, , nonce, salt, rounds] = good(await lines.next()).split(" ");
-    if (name !== "WIFICNC-OTA" || version !== "3" || !nonce || !salt) throw new FirmwareError(t`The controller does not support the updates of this page`);
-    const request = `${update.data.length} ${bytesToHex(sha256(update.data))} ${bytesToHex(update.signature)}${update.anyBoard ? " any-board" : ""}`;
-    const proof = hmac(sha256, keySecret(key, salt, Number(rounds)), utf8ToBytes(`${nonce} ${request}`));
-    lines.socket.send(utf8ToBytes(`${request} ${bytesToHex(proof)}\n`));
-    good(await lines.next());
+    const words = `${update.data.length} ${bytesToHex(sha256(update.data))} ${bytesToHex(update.signature)}${update.anyBoard ? " any-board" : ""}`;
+    await request(lines, await greet(lines), key, words);
     await sendImage(lines, update.data, progress);
   } finally {
     lines.socket.close();
@@ -216,18 +242,62 @@ function pause(ms: number): Promise<void> {
   return new Promise((resolve) => setTimeout(resolve, ms));
 }
 
+/** Which firmware runs; one of this digest that is on trial is confirmed. Rejects when none answers. */
+async function running(key: string, digest: string): Promise<Hello> {
+  const lines = new Lines(new WebSocket(address("./update")));
+  try {
+    const hello = await greet(lines);
+    if (hello.onTrial && hello.digest === digest) await request(lines, hello, key, "confirm");
+    return hello;
+  } finally {
+    lines.socket.close();
+  }
+}
+
+/**
+ * Have the new firmware confirmed, and wait until it is, so that it also survives the power switch. Rejects with a FirmwareError
+ * when another one answers, or none does.
+ * @param onTrial  it runs, and is not confirmed yet
+ */
+export async function waitUntilKept(update: Update, key: string, onTrial: () => void): Promise<void> {
+  const digest = bytesToHex(update.data.subarray(DIGEST_AT, DIGEST_AT + DIGEST_SIZE));
+  const started = performance.now();
+  let heard = started;
+  for (;;) {
+    const hello = await running(key, digest).catch(() => null);
+    if (hello && hello.digest !== digest) throw returned(hello);
+    if (hello && !hello.onTrial) return;
+    const now = performance.now();
+    if (hello) {
+      heard = now;
+      onTrial();
+    }
+    if (now - heard > BACK_MS || now - started > TRIAL_MS) throw lost("firmware");
+    await pause(AGAIN_MS);
+  }
+}
+
+function returned(hello: Hello): FirmwareError {
+  if (!hello.digest) return new FirmwareError(t`The controller does not report which firmware runs`, t`Open this page again and compare the version.`);
+  return new FirmwareError(t`The old firmware has returned`, t`The new one has crashed, or the power was off before it was kept. Send it again.`);
+}
+
+function lost(what: string): FirmwareError {
+  return new FirmwareError(
+    t`The controller does not come back with the new ${what}`,
+    t`What was there before returns 5 minutes after the start. Then open this page again.`,
+  );
+}
+
 /** Log in after a restart, so that what is new stays (net/update_trial.h). Rejects with a FirmwareError when it does not come back. */
-export async function reachNew(key: string, what = "firmware"): Promise<void> {
+export async function reachNew(key: string, what: string): Promise<void> {
   const until = performance.now() + BACK_MS;
   await pause(RESTART_MS);
   while (performance.now() < until) {
     if (await logsIn(key).catch(() => false)) return;
     await pause(AGAIN_MS);
   }
-  throw new FirmwareError(
-    t`The controller does not come back with the new ${what}`,
-    t`What was there before returns 5 minutes after the start. Then open this page again.`,
-  );
+  throw lost(what);
 }
 
 async function logsIn(key: string): Promise<boolean> {

@@ -10,7 +10,7 @@ import { LineSplitter, parse, receiveBuffer, type Message, type Status } from ".
 import { LineQueue, SMALLEST_BUFFER, type Answer } from "./queue";
 import { changedBy, isQuestion, QUESTIONS, type Question } from "./questions";
 import { LinkError, type Transport } from "./transport";
-import { t } from "../words";
+import { msg, t } from "../words";
 
 export type LinkState = "closed" | "opening" | "open" | "lost";
 /** Whose lines the controller takes. */
@@ -47,6 +47,12 @@ const PARKED = /^Parked:/;
 /** Lines are the job's again, or still: the job cannot be left here, or cannot be resumed with what was set. */
 const NOT_PARKED = /^Not (?:parked|resumed): (.+)$/;
 const NEEDS_RESET = /^Reset to continue/;
+/** Why the controller itself keeps the machine stopped (core/machine/reset.c), also within "Locked by ALARM:57: …". */
+const SELF_LOCKS: readonly [RegExp, string][] = [
+  [/a firmware update is being written/i, msg`A firmware update is being written: wait until it ends`],
+  [/safe mode after crashes/i, msg`Safe mode after crashes in a row: switch the controller off and on`],
+  [/step pulses were lost/i, msg`Step pulses were lost: restart the controller`],
+];
 const DRIVER_SAYS = /^Driver [XYZABC2 ]+: /;
 /** Rows of `$#`. */
 const OFFSET = /^(G\d[\d.]*|TLO|PRB)$/;
@@ -89,6 +95,8 @@ export class Controller {
   readonly driverSays = signal("");
   readonly alarm = signal<number | null>(null);
   readonly needsReset = signal(false);
+  /** Why the controller keeps the machine stopped, for reading; "": it does not. */
+  readonly selfLock = signal("");
   /** The program waits for this tool (M6); null: for none. */
   readonly awaitedTool = signal<number | null>(null);
   /** Lines are the operator's (0xA3 in a hold), until `~` returns to the job. */
@@ -388,6 +396,7 @@ export class Controller {
       this.mpg.value = false;
       this.locked.value = this.silent.value = this.needsReset.value = this.homing.value = false;
       this.status.value = this.alarm.value = this.awaitedTool.value = null;
+      this.selfLock.value = "";
       this.settings.value = new Map();
       this.homed.value = "";
       this.restarted.value = this.parked.value = false;
@@ -489,7 +498,7 @@ export class Controller {
     this.resetAsked = false;
     this.alarm.value = this.awaitedTool.value = null;
     this.needsReset.value = this.waitsForReport = this.parked.value = false;
-    this.notParked.value = this.driverSays.value = "";
+    this.notParked.value = this.driverSays.value = this.selfLock.value = "";
     this.askedAt = 0; // what was reported is old
     this.doubt(QUESTIONS);
     this.queue.forget();
@@ -510,7 +519,10 @@ export class Controller {
     }
     if (status.mpg !== undefined) this.mpg.value = status.mpg;
     if (status.state === "Alarm" || status.state === "Sleep") this.homed.value = "";
-    if (status.state !== "Alarm") this.alarm.value = null;
+    if (status.state !== "Alarm") {
+      this.alarm.value = null;
+      this.selfLock.value = "";
+    }
     this.onReport(status);
   }
 
@@ -532,6 +544,7 @@ export class Controller {
 
   private takeMessage(body: string): void {
     if (NEEDS_RESET.test(body)) this.needsReset.value = true;
+    this.selfLock.value = this.needsReset.value ? "" : (SELF_LOCKS.find(([text]) => text.test(body))?.[1] ?? this.selfLock.value);
     const tool = TOOL_CHANGE.exec(body)?.[1];
     if (tool) this.awaitedTool.value = Number(tool);
     if (PARKED.test(body)) {

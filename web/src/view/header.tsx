@@ -366,6 +366,7 @@ function AlarmNotice(): JSX.Element | null {
   const code = controller.alarm.value;
   const homing = Number(controller.settings.value.get(settingNumber("homing")) ?? 0) > 0;
   const title = code === null ? t`The machine is locked` : t`Alarm ${code}: ${alarmWords(code)}`;
+  if (controller.selfLock.value) return <Notice kind="bad" title={t`The machine is locked`} text={tr(controller.selfLock.value)} />;
   if (controller.needsReset.value)
     return (
       <Notice kind="bad" title={title} text={t`It accepts no commands until it is reset. Check the machine first.`}>

@@ -4,11 +4,11 @@ import type { JSX } from "preact";
 import { useRef } from "preact/hooks";
 import { attempt, noMotion, served } from "../app";
 import { findBoard } from "../boards";
-import { reachNew, readUpdate, sendUpdate, type Update } from "../flash/update";
+import { readUpdate, sendUpdate, waitUntilKept, type Update } from "../flash/update";
 import { Button, Card, Check, Field, Notice, Progress } from "./parts";
 import { t } from "../words";
 
-type Step = "choose" | "send" | "restart" | "done";
+type Step = "choose" | "send" | "restart" | "trial" | "done";
 
 const update = signal<Update | null>(null);
 const key = signal("");
@@ -28,7 +28,8 @@ export function UpdateCard(): JSX.Element | null {
       <ChooseFiles board={by.board} />
       {update.value && step.value === "choose" && <Send />}
       {step.value === "send" && <Progress value={share.value} label={t`Firmware`} />}
-      {step.value === "restart" && <Notice kind="info" title={t`The controller checks the firmware and restarts`} text={t`This page logs in to it, so that it keeps the new one. Otherwise the old one returns after 5 minutes.`} />}
+      {step.value === "restart" && <Notice kind="info" title={t`The controller checks the firmware and restarts`} text={t`Leave the power on and this page open.`} />}
+      {step.value === "trial" && <Notice kind="info" title={t`The new firmware runs and is on trial`} text={t`It is kept 30 seconds after its start. If the power goes off before, the old one returns: leave it on.`} />}
       {step.value === "done" && (
         <Notice kind="good" title={t`The new firmware runs and stays`}>
           <Button size="small" onClick={() => location.reload()} testId="update-reload">
@@ -49,7 +50,7 @@ function ChooseFiles({ board }: { board: string }): JSX.Element {
       update.value = readUpdate(read, board, anyBoard.value);
       step.value = "choose";
     });
-  const busy = step.value === "send" || step.value === "restart";
+  const busy = step.value !== "choose" && step.value !== "done";
   return (
     <div class="row">
       <Button disabled={busy} onClick={() => input.current?.click()}>
@@ -92,7 +93,7 @@ function Send(): JSX.Element {
       try {
         await sendUpdate(chosen, key.value, (done) => (share.value = done));
         step.value = "restart";
-        await reachNew(key.value);
+        await waitUntilKept(chosen, key.value, () => (step.value = "trial"));
         step.value = "done";
       } finally {
         if (step.value !== "done") step.value = "choose";
