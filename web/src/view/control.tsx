@@ -168,7 +168,7 @@ function JogCard(): JSX.Element {
         </label>
       </div>
       <p class={`small soft hide-narrow ${keyboard.value ? "" : "unseen"}`}>
-        {t`Arrow keys jog X and Y, two of them at once diagonally while held. Page Up and Page Down jog Z. Escape stops.`}
+        {t`Arrow keys jog X and Y, two held at once diagonally. Page Up and Page Down jog Z. Escape stops.`}
       </p>
     </Card>
   );

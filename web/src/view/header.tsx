@@ -240,9 +240,7 @@ export function Notices(): JSX.Element {
       <div class="list" ref={list}>
         {failure.value && (
           <Notice kind="bad" title={failure.value.title} text={failure.value.hint}>
-            <Button size="small" onClick={() => (failure.value = null)}>
-              {t`Close`}
-            </Button>
+            <Button size="small" icon="close" label={t`Close`} onClick={() => (failure.value = null)} />
           </Notice>
         )}
         <LostNotice />
@@ -252,7 +250,7 @@ export function Notices(): JSX.Element {
         <AlarmNotice />
         <HoldNotice />
       </div>
-      <Button icon={isUnfolded.value ? "fold" : "unfold"} label={isUnfolded.value ? t`Less` : t`All of it`} onClick={() => (isUnfolded.value = !isUnfolded.value)} testId="notices-unfold" />
+      <Button icon={isUnfolded.value ? "fold" : "unfold"} label={isUnfolded.value ? t`Show less` : t`Show all of it`} onClick={() => (isUnfolded.value = !isUnfolded.value)} testId="notices-unfold" />
     </div>
   );
 }

@@ -200,9 +200,10 @@ function PositionTools(): JSX.Element {
   return (
     <>
       <label class="row small soft">
-        {t`Work system`}
+        <span class="hide-narrow">{t`Work system`}</span>
         <select
           class="input system"
+          aria-label={t`Work system`}
           value={current}
           disabled={noMotion.value !== ""}
           title={noMotion.value || undefined}
@@ -224,9 +225,11 @@ function PositionTools(): JSX.Element {
       <Button size="small" title={t`Give ${current} a name, for this browser`} onClick={() => (names.value = true)} testId="name-system">
         {t`Name`}
       </Button>
-      <Button size="small" pressed={isLarge.value} title={t`Positions over the whole width`} onClick={() => (isLarge.value = !isLarge.value)} testId="large">
-        {t`Large`}
-      </Button>
+      <span class="hide-narrow">
+        <Button size="small" pressed={isLarge.value} title={t`Positions over the whole width`} onClick={() => (isLarge.value = !isLarge.value)} testId="large">
+          {t`Large`}
+        </Button>
+      </span>
       {names.value && <NameDialog system={current} onClose={() => (names.value = false)} />}
     </>
   );
