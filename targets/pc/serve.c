@@ -71,7 +71,7 @@ struct serve {
     const char *store; /* that file; NULL: none */
     struct serve_control control;
     struct serve_wire wire;
-    int bus; /* serial port of the spindle's drive; -1: none */
+    int bus;                 /* serial port of the spindle's drive; -1: none */
     bool has_pty, pty_waits; /* ... for a banner: a client of it has opened it */
     uint32_t pty_opened_us;
     struct net_pty pty;
@@ -521,8 +521,8 @@ static void accept_all(struct serve *serve) {
     serve_pendant_accept(&serve->pendant, &serve->hub, clock_us());
 }
 
-/* A serial port resets many boards when it is opened, and senders that wait for the banner say nothing before it.
- * One that has spoken would take it for a reset. */
+/* A serial port resets many boards when it is opened, and senders that wait for the banner say nothing before
+ * it. One that has spoken would take it for a reset. */
 static void greet_pty(struct serve *serve) {
     if (!serve->pty_waits || clock_us() - serve->pty_opened_us < BANNER_AFTER_US)
         return;

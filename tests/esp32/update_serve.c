@@ -121,7 +121,8 @@ static void follow_update(void) {
 static void start(char **argv, struct host *host, struct controller *controller) {
     static const struct net_hub_sizes sizes = {.clients = CLIENTS, .in = 2048, .out = 16384, .left = 2048};
     static const uint8_t salt[ACCESS_SALT];
-    const struct page_names names = {.own = "WiFiCNC-1A2B", .update = update, .updates = &slot.ota, .digest = OLD_DIGEST};
+    const struct page_names names = {
+        .own = "WiFiCNC-1A2B", .update = update, .updates = &slot.ota, .digest = OLD_DIGEST};
     int error;
     controller_init(controller, &host->machine, &sizes);
     host->machine.out = controller_out(controller);
