@@ -26,7 +26,9 @@ static void derive_nonce_key(struct access *access) {
 void access_init(struct access *access, const char *key, bool open, const uint8_t salt[ACCESS_SALT],
                  uint32_t now_us) {
     char normal[ACCESS_KEY_BYTES] = {0};
-    *access = (struct access){.open = open, .clock_us = now_us};
+    memset(access, 0, sizeof *access);
+    access->open = open;
+    access->clock_us = now_us;
     memcpy(access->salt, salt, ACCESS_SALT);
     size_t count = access_normal_key(key, strlen(key), normal);
     access->has_key = count > 0;

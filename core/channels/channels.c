@@ -6,7 +6,9 @@
 enum { US_PER_MS = 1000 };
 
 void channels_init(struct channels *channels, const struct channels_ops *ops, void *ctx) {
-    *channels = (struct channels){.ops = ops, .ctx = ctx};
+    memset(channels, 0, sizeof *channels);
+    channels->ops = ops;
+    channels->ctx = ctx;
     for (unsigned index = 0; index < CHANNELS_VALUES; index++)
         channels->config.value[index] = channels_rows[index].fallback;
     memset(channels->wiring.pin, CHANNELS_NO_PIN, sizeof channels->wiring.pin);

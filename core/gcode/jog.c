@@ -2,12 +2,14 @@
  * $J=: one move with units, distance mode and feed of its own. No mode of the program is touched. */
 #include "gcode/resolve.h"
 
+#include <string.h> // memcpy
+
 #define JOG_GROUPS (1u << GROUP_NONMODAL | 1u << GROUP_DISTANCE | 1u << GROUP_UNITS)
 #define JOG_WORDS  (WORDS_AXES | WORD_BIT('F') | WORD_BIT('N'))
 
 enum status gcode_jog(const struct gcode_state *state, const char *line, struct gcode_command *command) {
     struct gcode_block block;
-    struct gcode_state jog = *state;
+    struct gcode_state jog;
     enum status status = gcode_parse(line, &block);
     if (status != STATUS_OK)
         return status;
@@ -21,9 +23,10 @@ enum status gcode_jog(const struct gcode_state *state, const char *line, struct 
         return STATUS_NO_FEED;
     if (block_axis_words(&block) == 0)
         return STATUS_NO_AXIS_WORDS;
+    /* A copy, so that the program's modes stay as they are. */
+    memcpy(&jog, state, sizeof jog);
     jog.modal.motion = MOTION_LINEAR;
     jog.modal.feed_mode = FEED_PER_MIN;
-    /* Against a copy of the state, so that the program's modes stay as they are. */
     status = gcode_resolve(&jog, &block, command);
     command->next = state->modal;
     command->sync = false;

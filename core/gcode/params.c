@@ -5,14 +5,15 @@
 #include <string.h>
 
 void params_clear(struct params *params) {
-    const struct params room = *params;
+    struct param_numbered *const numbered = params->numbered;
+    struct param_named *const named = params->named;
+    const uint16_t numbered_room = params->numbered_room, named_room = params->named_room;
 
-    *params = (struct params){
-        .numbered = room.numbered,
-        .numbered_room = room.numbered_room,
-        .named = room.named,
-        .named_room = room.named_room,
-    };
+    memset(params, 0, sizeof *params);
+    params->numbered = numbered;
+    params->numbered_room = numbered_room;
+    params->named = named;
+    params->named_room = named_room;
 }
 
 /* A local name belongs to the call that set it, so that a subroutine neither sees nor changes its caller's.

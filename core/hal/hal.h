@@ -210,6 +210,25 @@ struct hal_motion_side {
     void (*call)(const void *ctx, void (*work)(void *arg), void *arg);
 };
 
+/** Causes of a restart that was not requested: it is not power-on, nor the result of a command or an update.
+ */
+enum hal_restart_cause {
+    HAL_RESTART_NONE, /* for targets: none of these */
+#define RESTART(name, text) HAL_RESTART_##name,
+#include "hal/restarts.def"
+#undef RESTART
+};
+
+enum { HAL_RESTART_ADDRESSES = 4 };
+
+/** Such a restart. It must live as long as the machine. */
+struct hal_restart {
+    enum hal_restart_cause cause;
+    uint8_t address_count;                   /* 0 .. HAL_RESTART_ADDRESSES */
+    uint32_t address[HAL_RESTART_ADDRESSES]; /* of the program: where it was, then its callers */
+    const char *detail;                      /* of a fault, a few words in plain ASCII; NULL: not known */
+};
+
 /** A value on its way into the store. */
 struct hal_store_value {
     uint8_t key;

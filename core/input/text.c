@@ -27,6 +27,13 @@ void text_int(const struct text_out *out, int32_t value) {
     write_scaled(out, (uint64_t)(value < 0 ? -(int64_t)value : value), value < 0, 0);
 }
 
+void text_hex(const struct text_out *out, uint32_t value) {
+    char digits[] = "0x00000000";
+    for (unsigned at = sizeof digits - 2; at > 1; at--, value >>= 4)
+        digits[at] = "0123456789ABCDEF"[value & 15u];
+    text_string(out, digits);
+}
+
 void text_fixed(const struct text_out *out, double value, unsigned decimals) {
     static const double power[] = {1.0, 10.0, 100.0, 1e3, 1e4, 1e5, 1e6};
     double scaled = (value < 0.0 ? -value : value) * power[decimals] + 0.5;

@@ -55,6 +55,7 @@ struct machine_board {
     const struct hal_ganged *ganged;   /* NULL: every axis has one motor */
     const struct hal_store *store;     /* NULL: nothing is kept */
     const void *store_ctx;
+    const struct hal_restart *restart;         /* NULL: this start was requested, or is power-on */
     const struct hal_motion_side *motion_side; /* NULL: the task that calls machine_poll() is it */
     const void *motion_side_ctx;
 };

@@ -8,6 +8,7 @@
 #include "gcode/shift.h"
 
 #include <stddef.h>
+#include <string.h>
 
 void interp_take_axes(struct machine_interp *interp, uint8_t axis_count) {
     interp->gcode.axes = (axis_mask_t)((1u << axis_count) - 1);
@@ -65,9 +66,9 @@ void interp_forget(struct machine_interp *interp) {
 
 void interp_check(struct machine_interp *interp, struct gcode_offsets *unchecked, bool begins) {
     if (begins)
-        *unchecked = interp->gcode.offsets;
+        memcpy(unchecked, &interp->gcode.offsets, sizeof *unchecked);
     else /* what a program did to them was not meant */
-        interp->gcode.offsets = *unchecked;
+        memcpy(&interp->gcode.offsets, unchecked, sizeof *unchecked);
 }
 
 void interp_put_aside(struct machine_interp *interp, struct interp_aside *aside) {

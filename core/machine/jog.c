@@ -13,7 +13,7 @@
 #include "machine/reach.h"
 #include "machine/state.h"
 
-#include <string.h> // memcpy, memcmp
+#include <string.h> // memcpy, memset, memcmp
 
 enum status jog_begin(struct machine *machine, const char *text) {
     struct gcode_command *command = &machine->task.command;
@@ -43,7 +43,9 @@ enum status jog_begin(struct machine *machine, const char *text) {
 bool jog_aim(struct machine *machine, const double target_mm[AXIS_COUNT], float feed) {
     struct gcode_move *move = &machine->task.command.move;
     const double *from_mm = machine->interp.gcode.position_mm;
-    *move = (struct gcode_move){.motion = MOTION_LINEAR, .feed_mm_s = feed};
+    memset(move, 0, sizeof *move);
+    move->motion = MOTION_LINEAR;
+    move->feed_mm_s = feed;
     memcpy(move->target_mm, target_mm, sizeof move->target_mm);
     if (machine->settings.jog_clamp)
         reach_shorten(machine, from_mm, move->target_mm);

@@ -8,6 +8,8 @@
 #include "machine/machine.h"
 #include "settings/settings.h"
 
+#include <string.h>
+
 /** Whose line the current one is. */
 enum line_source { LINE_STREAM, LINE_STARTUP, LINE_STORED };
 
@@ -79,19 +81,21 @@ static inline void lines_begin_aside(struct machine_lines *lines) {
 
 /** The present line waits in `aside`, and the operator's come. */
 static inline void lines_put_aside(struct machine_lines *lines, struct lines_aside *aside) {
-    *aside = (struct lines_aside){.reader = lines->reader, .open = lines->open, .source = lines->source};
+    memcpy(&aside->reader, &lines->reader, sizeof aside->reader);
+    aside->open = lines->open;
+    aside->source = lines->source;
     lines->open = false;
     lines_begin_aside(lines);
 }
 
 /** No line is half read: the operator's come from where it ends, without 0xA3. */
 static inline void lines_read_on(struct machine_lines *lines, const struct lines_aside *aside) {
-    lines->reader = aside->reader;
+    memcpy(&lines->reader, &aside->reader, sizeof lines->reader);
 }
 
 /** It continues. */
 static inline void lines_take_back(struct machine_lines *lines, const struct lines_aside *aside) {
-    lines->reader = aside->reader;
+    memcpy(&lines->reader, &aside->reader, sizeof lines->reader);
     lines->open = aside->open;
     lines->source = aside->source;
     lines->from = rx_taken(&lines->rx);

@@ -4,6 +4,7 @@
 
 #include "machine/parts.h"
 #include "machine/report.h"
+#include "machine/restart.h"
 #include "machine/tool_notes.h"
 
 #include "spindle/vfd_models.h"
@@ -172,6 +173,11 @@ void list_build(struct machine *machine) {
     text_string(&machine->out, ",");
     text_int(&machine->out, RX_SIZE);
     text_string(&machine->out, "]\r\n");
+    if (machine->board.restart != NULL) {
+        text_string(&machine->out, "[RESTART:");
+        restart_describe(machine, &machine->out);
+        text_string(&machine->out, "]\r\n");
+    }
     if (machine->board.digest != NULL) {
         text_string(&machine->out, "[DIGEST:");
         text_string(&machine->out, machine->board.digest);

@@ -9,6 +9,7 @@
 #include "machine/parts.h"
 #include "machine/report.h"
 #include "machine/reset.h"
+#include "machine/restart.h"
 #include "machine/sender.h"
 #include "machine/stored.h"
 
@@ -19,6 +20,14 @@ typedef bool source_fn(const struct machine *machine, const struct text_out *out
 static bool put_damage(const struct machine *machine, const struct text_out *out) {
     stored_describe(machine, out);
     return stored_is_damaged(machine);
+}
+
+static bool put_restart(const struct machine *machine, const struct text_out *out) {
+    if (!machine->life.restarted)
+        return false;
+    text_string(out, "Restarted by ");
+    restart_describe(machine, out);
+    return true;
 }
 
 /* The message of that moment, within a sentence. */
@@ -75,7 +84,7 @@ static bool put_host(const struct machine *machine, const struct text_out *out) 
 }
 
 /* In the order in which they are shown: what locks the machine before what only waits. */
-static source_fn *const sources[] = {put_damage, put_lock, put_sender, put_pause, put_host};
+static source_fn *const sources[] = {put_damage, put_restart, put_lock, put_sender, put_pause, put_host};
 enum { SOURCE_COUNT = sizeof sources / sizeof sources[0] };
 
 /* A text of limited size. */

@@ -12,6 +12,7 @@
 #include "machine/park.h"
 #include "machine/parts.h"
 #include "machine/report.h"
+#include "machine/restart.h"
 #include "machine/run_up.h"
 #include "machine/spindle_sync.h"
 #include "machine/square.h"
@@ -124,6 +125,7 @@ void reset_restart(struct machine *machine) {
         state_go(machine, EVENT_ALARM);
         faults_report(machine);
     }
+    restart_report(machine);
     lines_run_startup(&machine->lines, machine->life.state != MACHINE_ALARM);
     if (stored_is_damaged(machine)) {
         machine->life.alarm = ALARM_STORE;

@@ -74,6 +74,8 @@ bool state_go(struct machine *machine, enum machine_event event) {
     if (begins || machine->life.state == MACHINE_CHECK)
         interp_check(&machine->interp, &machine->aside.unchecked, begins);
     machine->life.state = (enum machine_state)(to - 1);
+    if (machine->life.state == MACHINE_IDLE) /* unlocked, or homed */
+        machine->life.restarted = false;
     return true;
 }
 
@@ -117,7 +119,8 @@ const char *machine_state_text(const struct machine *machine) {
 }
 
 void state_begin(struct machine *machine, bool locked) {
-    machine->life.state = locked ? MACHINE_ALARM : MACHINE_IDLE;
+    machine->life.restarted = machine->board.restart != NULL;
+    machine->life.state = locked || machine->life.restarted ? MACHINE_ALARM : MACHINE_IDLE;
 }
 
 bool state_update(struct machine *machine) {

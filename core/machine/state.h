@@ -16,6 +16,7 @@ struct machine_life {
     bool release_told;    /* ... but that the e-stop must be released first */
     bool restart;         /* the banner is due */
     bool reset_asked;     /* by a $ command */
+    bool restarted;       /* locked since a restart that was not requested: board.restart */
 };
 
 /** Reset at the next look at real-time requests. */
@@ -23,7 +24,8 @@ static inline void state_ask_reset(struct machine_life *life, bool asked) {
     life->reset_asked = asked;
 }
 
-/** The alarm that a machine with damaged storage is in from its start, or no longer. */
+/** The alarm that a machine is in from its start: damaged storage, a restart that was not requested; or none.
+ */
 static inline void state_show_alarm(struct machine_life *life, enum alarm alarm) {
     life->alarm = alarm;
 }

@@ -134,7 +134,7 @@ static void begin_copy(struct machine *machine) {
     /* Before the copy is done: a failure of the copy must not keep the machine locked. */
     machine->stored.damaged = 0;
     machine->stored.step = STORED_COPIES;
-    state_show_alarm(&machine->life, ALARM_NONE);
+    state_show_alarm(&machine->life, machine->life.restarted ? ALARM_RESTARTED : ALARM_NONE);
     take_copied(machine, store.ops->set_aside(store.ctx));
 }
 

@@ -10,6 +10,8 @@
 #include "machine/machine.h"
 #include "machine/tool_notes.h"
 
+#include <string.h>
+
 /** Where the current line is; each stage ends before the next begins. */
 enum task_stage {
     TASK_NONE,
@@ -90,13 +92,13 @@ static inline void task_forget(struct machine_task *task) {
 
 /** The present line waits in `aside`, and others may come. */
 static inline void task_put_aside(struct machine_task *task, struct machine_task *aside) {
-    *aside = *task;
+    memcpy(aside, task, sizeof *aside);
     task_forget(task);
 }
 
 /** It continues. */
 static inline void task_take_back(struct machine_task *task, const struct machine_task *aside) {
-    *task = *aside;
+    memcpy(task, aside, sizeof *task);
 }
 
 /** Work zero has moved before it continues. */

@@ -12,6 +12,7 @@
 #include "machine/report.h"
 
 #include <stddef.h>
+#include <string.h>
 
 #define SETTER_WCS   (WCS_COUNT - 1) /* G59.3 */
 #define BACK_MM      2.0             /* between the touches */
@@ -149,7 +150,9 @@ static double probe_end_mm(const struct machine *machine, double from_mm, double
 static void aim(const struct machine *machine, enum tool_step step, struct gcode_move *move) {
     const struct settings *settings = &machine->settings;
     double *to = move->target_mm;
-    *move = (struct gcode_move){.motion = MOTION_RAPID, .feed_mm_s = RAPID_MM_S};
+    memset(move, 0, sizeof *move);
+    move->motion = MOTION_RAPID;
+    move->feed_mm_s = RAPID_MM_S;
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         to[ax] = machine->interp.gcode.position_mm[ax];
     switch (step) {

@@ -25,7 +25,9 @@
 #define SHAPED_WORK 3u /* and if a shaper makes it as so many more again */
 
 void emit_init(struct emit *emit, struct plan *plan, struct ahead *ahead) {
-    *emit = (struct emit){.plan = plan, .ahead = ahead};
+    memset(emit, 0, sizeof *emit);
+    emit->plan = plan;
+    emit->ahead = ahead;
 }
 
 static void stand_still(struct emit *emit) {

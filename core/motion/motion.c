@@ -168,8 +168,10 @@ static struct timing timing_of(uint32_t look_ahead) {
 void motion_init(struct motion *motion, const struct motion_limits *limits, uint32_t look_ahead,
                  uint32_t laser_marks) {
     const int32_t zero[AXIS_COUNT] = {0};
-    motion->plan =
-        (struct plan){.look_ahead = look_ahead, .timing = timing_of(look_ahead), .power.most = laser_marks};
+    memset(&motion->plan, 0, sizeof motion->plan);
+    motion->plan.look_ahead = look_ahead;
+    motion->plan.timing = timing_of(look_ahead);
+    motion->plan.power.most = laser_marks;
     motion->newest_us = motion->oldest_us = 0;
     motion->waits = motion->works = false;
     motion->queue.published = motion->queue.answered = 0;

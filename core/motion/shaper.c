@@ -6,6 +6,7 @@
 #include "base/trig.h"
 
 #include <math.h>
+#include <string.h>
 
 #define SAMPLE_S 0.002f /* or as much longer as the window must have */
 #define EI_LEFT  0.05   /* EI, two-hump EI: of the vibration, at the frequency itself */
@@ -123,7 +124,8 @@ static uint32_t align_rows(struct shaper *shaper) {
 }
 
 void shaper_set(struct shaper *shaper, const struct motion_limits *limits, float mean_s, uint32_t samples) {
-    *shaper = (struct shaper){.mean_ns = (uint32_t)(mean_s * 1e9f)};
+    memset(shaper, 0, sizeof *shaper);
+    shaper->mean_ns = (uint32_t)(mean_s * 1e9f);
     set_rows(shaper, limits);
     shaper->sums = limits->coupled && shaper->row_count > 1;
     shaper->window_ns = align_rows(shaper) + shaper->mean_ns;

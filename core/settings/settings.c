@@ -4,6 +4,7 @@
 #include "settings/settings_table.h"
 
 #include <stddef.h> // NULL
+#include <string.h> // memcpy
 
 /* Grbl keeps a bool in a byte and takes any byte but 0 for on; exports of grblHAL have masks there. */
 enum { BOOL_INPUT_MAX = 255 };
@@ -140,7 +141,8 @@ enum status settings_set(struct settings *settings, uint16_t number, double valu
         return STATUS_MICROSTEPS;
     }
     /* A copy, so that a rule between settings can refuse the value and nothing has changed. */
-    struct settings next = *settings;
+    struct settings next;
+    memcpy(&next, settings, sizeof next);
     field_write(&next, row, (uint8_t)(number - row->number), kept);
     /* Without homing no one knows where the machine is: a soft limit would stop it in the wrong place. */
     if (next.soft_limits && !settings->homing) {
@@ -158,7 +160,7 @@ enum status settings_set(struct settings *settings, uint16_t number, double valu
     if (rule != STATUS_OK) {
         return rule;
     }
-    *settings = next;
+    memcpy(settings, &next, sizeof next);
     return STATUS_OK;
 }
 

@@ -171,18 +171,17 @@ static bool pair_at(const struct value *value, size_t index, struct store_pair *
     return image.check == check_of(&image);
 }
 
-static size_t put_pairs(struct value *value, const struct store_pair *pairs, size_t count) {
-    for (size_t i = 0; i < count; i++) {
-        struct pair_image image = {.number = pairs[i].number, .value = pairs[i].value};
-        image.check = check_of(&image);
-        memcpy(value->payload + i * sizeof image, &image, sizeof image);
-    }
-    return count * sizeof(struct pair_image);
+static void put_pair(struct value *value, size_t index, const struct store_pair *pair) {
+    struct pair_image image = {.number = pair->number, .value = pair->value};
+    image.check = check_of(&image);
+    memcpy(value->payload + index * sizeof image, &image, sizeof image);
 }
 
 size_t store_pack(uint8_t *image, const struct store_pair *pairs, size_t count) {
     struct value value;
-    seal(&value, STORE_SETTINGS_VERSION, put_pairs(&value, pairs, count));
+    for (size_t i = 0; i < count; i++)
+        put_pair(&value, i, &pairs[i]);
+    seal(&value, STORE_SETTINGS_VERSION, count * STORE_PAIR_SIZE);
     memcpy(image, &value, sizeof value.head + value.head.count);
     return sizeof value.head + value.head.count;
 }
@@ -290,16 +289,15 @@ enum store_result store_load_settings(const struct store *store, struct settings
 
 /* @return bytes of the payload */
 static size_t put_settings(struct value *value, const struct settings *settings) {
-    struct store_pair pairs[SETTINGS_COUNT];
     size_t count = 0;
     uint16_t number = SETTINGS_BEGIN;
     while (settings_next(&number, AXIS_COUNT)) {
         double read;
         uint8_t decimals;
         if (settings_get(settings, number, AXIS_COUNT, &read, &decimals))
-            pairs[count++] = (struct store_pair){.number = number, .value = (float)read};
+            put_pair(value, count++, &(struct store_pair){.number = number, .value = (float)read});
     }
-    return put_pairs(value, pairs, count);
+    return count * STORE_PAIR_SIZE;
 }
 
 void store_add_settings(struct store_batch *batch, const struct store *store,

@@ -2,8 +2,11 @@
  * Start and stop of the step ISR. */
 #include "step/load.h"
 
+#include <string.h>
+
 void step_init(struct step *step, struct hal_step *hal) {
-    *step = (struct step){.hal = hal};
+    memset(step, 0, sizeof *step);
+    step->hal = hal;
     for (uint32_t i = 0; i < SPAN_POOL_SIZE; i++)
         step->pool[i].at = i;
     /* As if the ISR had just left it: at rest, and no batch can be joined to it. */

@@ -44,7 +44,10 @@
 void prep_init(struct prep *prep, struct segment_queue *in, struct step *step,
                const struct prep_timing *timing) {
     static const int32_t zero[AXIS_COUNT];
-    *prep = (struct prep){.in = in, .step = step, .timing = *timing};
+    memset(prep, 0, sizeof *prep);
+    prep->in = in;
+    prep->step = step;
+    prep->timing = *timing;
     prep_reset(prep, zero);
 }
 

@@ -3,7 +3,9 @@
 #
 # The board is WIFICNC_BOARD (of CMake or of the environment); without one, the chip's first board. `wificnc pins`,
 # `page` and `signing-key` write the headers into the build directory, and only when they change.
-set(wificnc_options -ffp-contract=off -fno-math-errno -fno-jump-tables)
+#
+# A larger stack frame is an error: cli/wificnc/build/frames.py has the limit of each file, this is the largest.
+set(wificnc_options -ffp-contract=off -fno-math-errno -fno-jump-tables -Werror=frame-larger-than=2048)
 
 # CONFIG_APP_REPRODUCIBLE_BUILD names the project's folder alike everywhere. `idf.py` has targets/esp32 as project, and
 # core, targets/chip and targets/net lie outside: debug information had their folder, and the image has the ELF's sum

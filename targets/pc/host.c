@@ -32,7 +32,7 @@ static int board_is_possible(const struct host_board *board) {
            board->digital_outputs <= OUTPUT_COUNT && board->tasks <= HOST_TASKS_PIC32MZ &&
            (board->look_ahead == 0 ||
             (board->look_ahead >= HOST_LOOK_AHEAD_MIN && board->look_ahead <= PLAN_SIZE)) &&
-           board->laser_marks <= POWER_MARKS;
+           board->laser_marks <= POWER_MARKS && board->restart <= HAL_RESTART_UNKNOWN;
 }
 
 static void run_events(struct host *host, uint64_t *budget, uint64_t until_ticks, bool refills);
@@ -103,9 +103,7 @@ static bool has_drivers(const struct host_board *board) {
 
 struct host *host_open_stored(const struct host_board *board, const struct hal_store *store,
                               const void *store_ctx) {
-    if (!board_is_possible(board))
-        return NULL;
-    struct host *host = calloc(1, sizeof *host);
+    struct host *host = board_is_possible(board) ? calloc(1, sizeof *host) : NULL;
     if (host == NULL)
         return NULL;
     host->device = host_device(board);
@@ -136,6 +134,7 @@ struct host *host_open_stored(const struct host_board *board, const struct hal_s
         .dial_state = board->dial != 0 ? &host->dial : NULL,
         .analog = board->analog != 0 ? &host_analog : NULL,
         .ganged = &host->hal.ganged,
+        .restart = host_restart(host, board),
         .store = store,
         .store_ctx = store_ctx,
     };

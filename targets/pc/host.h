@@ -60,6 +60,8 @@ struct host_board {
     uint32_t pump_clock_hz, pump_ticks_min, pump_ticks_max; /* of its timer */
     uint32_t driver[MOTOR_COUNT * AXIS_COUNT]; /* with registers: host_drivers_init(); 0: a plain one */
     uint8_t dial;                              /* counts a detent, and HOST_DIAL_SELECTS; 0: no dial */
+    uint8_t restart;          /* enum hal_restart_cause: it starts after this; 0: it is switched on */
+    uint32_t restart_address; /* where the program was; 0: not known */
 };
 
 /** Pieces of path. */

@@ -88,6 +88,13 @@ struct hal_pump host_pump(const struct host_board *board) {
                              .set = pump_set};
 }
 
+const struct hal_restart *host_restart(struct host *host, const struct host_board *board) {
+    host->restart = (struct hal_restart){.cause = (enum hal_restart_cause)board->restart,
+                                         .address_count = board->restart_address != 0,
+                                         .address = {board->restart_address}};
+    return board->restart != HAL_RESTART_NONE ? &host->restart : NULL;
+}
+
 static void analog_set(struct hal *hal, unsigned output, float percent) {
     hal->virtual_machine.outputs.analog_pct[output] = percent;
 }

@@ -55,6 +55,7 @@ struct host {
     struct machine_vfd vfd;
     struct machine_drivers drivers;
     struct machine_dial dial;
+    struct hal_restart restart; /* of this start */
     struct trace trace;
     struct tasks tasks;
     char waiting[WAITING_SIZE]; /* bytes that arrived while the reader was stalled */
@@ -90,6 +91,9 @@ struct hal_dial host_dial(unsigned code);
 
 /** Its charge pump. */
 struct hal_pump host_pump(const struct host_board *board);
+
+/** What it has restarted by, for struct machine_board. */
+const struct hal_restart *host_restart(struct host *host, const struct host_board *board);
 
 /** Its servo output. */
 extern const struct hal_servo host_servo;

@@ -10,9 +10,11 @@
  *
  * Options, each with a value but --io-module: --timer-hz --step-pulse-ns --dir-setup-ns --max-step-rate-hz
  * --axes --ganged --switchless --home-axes --missing-outputs --speed (0: as fast as it can) --host --port
- * --wmc3 --control --pty --spindle-bus --bus-port --store --set, of a
- * pendant --pendant-serial --pendant-pty --pendant-tcp --pendant-baud --pendant-kind; and --parent: end when
- * stdin does. The access key of network clients is in WIFICNC_KEY, because arguments can be read by everyone.
+ * --wmc3 --control --pty --spindle-bus --bus-port --store --set --restart --restart-address (struct
+ * host_board: it has just restarted by itself), of a pendant --pendant-serial --pendant-pty --pendant-tcp
+ * --pendant-baud
+ * --pendant-kind; and --parent: end when stdin does. The access key of network clients is in WIFICNC_KEY,
+ * because arguments can be read by everyone.
  */
 #include "host_device.h"
 #include "port.h"
@@ -169,6 +171,10 @@ static bool take_board(struct host_board *board, const char *name, const char *v
     }
     if (strcmp(name, "--dial") == 0)
         return read_count(value, &board->dial);
+    if (strcmp(name, "--restart") == 0)
+        return read_count(value, &board->restart);
+    if (strcmp(name, "--restart-address") == 0)
+        return read_number(value, &board->restart_address);
     if (strcmp(name, "--axes") != 0 || !read_number(value, &axes) || axes > AXIS_COUNT)
         return false;
     board->axis_count = (uint8_t)axes;

@@ -24,6 +24,7 @@ struct expand {
     size_t count, count_room;
     enum status status;
     uint32_t line;
+    struct program_end end;
     bool short_of_memory;
 };
 
@@ -151,6 +152,7 @@ static void go(struct run *run, const struct text *text, uint32_t lines_max) {
         status = take_line(run, &ends);
     run->out->status = status != STATUS_OK ? status : program->status;
     run->out->line = program->line;
+    program_note_end(program, ends, &run->out->end);
 }
 
 struct expand *expand_create(const char *text, size_t size, enum expand_start start, uint32_t lines_max) {
@@ -202,6 +204,10 @@ const char *expand_text(const struct expand *expand, size_t *size) {
 size_t expand_lines(const struct expand *expand, const uint32_t **numbers) {
     *numbers = expand->numbers;
     return expand->count;
+}
+
+const struct program_end *expand_end(const struct expand *expand) {
+    return &expand->end;
 }
 
 int expand_is_needed(const char *text, size_t size) {

@@ -9,6 +9,8 @@
 #ifndef WIFICNC_SIM_EXPAND_H
 #define WIFICNC_SIM_EXPAND_H
 
+#include "program_end.h"
+
 #include <stddef.h>
 #include <stdint.h>
 
@@ -38,6 +40,9 @@ const char *expand_text(const struct expand *expand, size_t *size);
 
 /** Number of lines, and of each of them where in the file it came from. */
 size_t expand_lines(const struct expand *expand, const uint32_t **numbers);
+
+/** What of the file is not run (program_note_end()); good until expand_destroy(). */
+const struct program_end *expand_end(const struct expand *expand);
 
 /** The text has an O line: it must be expanded to be streamed. */
 int expand_is_needed(const char *text, size_t size);

@@ -52,7 +52,7 @@ static enum status note_sub(struct program *program, const struct oword *oword, 
  * computed are read with no context: only calls may have them, and a call is not noted. */
 static enum status note_subs(struct program *program) {
     struct program_sub *open = NULL;
-    bool more = true;
+    bool more = true, has_code = false;
 
     for (;;) {
         struct oword oword;
@@ -60,6 +60,11 @@ static enum status note_subs(struct program *program) {
 
         if (status == STATUS_OK && !more)
             break;
+        if (has_code && program_end_is_percent(program->text)) {
+            program->end = program->at.offset;
+            break;
+        }
+        has_code |= program->text[0] != '\0' && !gcode_is_program_mark(program->text);
         if (status == STATUS_OK)
             status = oword_read(NULL, program->text, &oword);
         if (status == STATUS_OK && (oword.kind == OWORD_SUB || oword.kind == OWORD_ENDSUB))
@@ -78,6 +83,7 @@ enum status program_begin(struct program *program, const struct program_source *
     program->source = *source;
     program->next = (struct program_at){.offset = 0, .line = 1};
     program->line = 0;
+    program->end = UINT32_MAX;
     program->lines_left = lines_max;
     program->chunk_offset = program->chunk_count = 0;
     program->sub_count = program->block_count = program->call_count = 0;
@@ -450,6 +456,30 @@ enum program_result program_next(struct program *program, struct params *params,
     if (program->status != STATUS_OK)
         return PROGRAM_FAILED;
     return plain ? PROGRAM_LINE : PROGRAM_DONE;
+}
+
+/* Past the subroutine that begins here; @return false: this is none */
+static bool pass_body(struct program *program) {
+    struct oword oword;
+    if (oword_read(NULL, program->text, &oword) != STATUS_OK || oword.kind != OWORD_SUB)
+        return false;
+    const struct program_sub *sub = find_sub(program, &oword.label);
+    if (sub != NULL)
+        program->next = sub->after;
+    return sub != NULL;
+}
+
+void program_note_end(struct program *program, bool ends, struct program_end *out) {
+    bool more = true;
+    *out = (struct program_end){.has_code = true, .is_open = program->end != UINT32_MAX};
+    if (program->status != STATUS_OK || (ends && (program->call_count > 0 || program->block_count > 0)))
+        return;
+    if (ends)
+        out->line = program->line;
+    program->end = UINT32_MAX;
+    while (program_read_line(program, &more) != STATUS_PROGRAM_READ && more)
+        if (out->line == 0 || !pass_body(program))
+            (void)program_end_take(out, program->text, program->line);
 }
 
 bool program_is_jump(const char *line) {

@@ -8,8 +8,9 @@
  *   program_note()    what the line was about, as far as the program must know
  *
  * So conditions see what the lines before them have done. M2 and M30 end a program: the caller stops asking.
- * Lines end with LF, CR or CR LF. Comments, blanks, lines with % and everything above 0x7F are left out, as
- * in input/line_reader.h; a line may be longer than one of a stream.
+ * So does the % that closes it (program_end.h): what follows is no part of it. Lines end with LF, CR or CR
+ * LF. Comments, blanks, lines with % and everything above 0x7F are left out, as in input/line_reader.h; a
+ * line may be longer than one of a stream.
  *
  * Subroutines may come before or after their calls, not inside each other. A loop or an if and its end
  * stand in the same subroutine (or both in none). */
@@ -19,6 +20,7 @@
 #include "config.h"
 #include "gcode/params.h"
 #include "gcode/readings.h"
+#include "program_end.h"
 
 #include <stdbool.h>
 #include <stddef.h>
@@ -86,6 +88,7 @@ struct program {
     /* private */
     struct program_source source;
     struct program_at at, next; /* the line that was read last, the one behind it */
+    uint32_t end;               /* offset of the % that closes the program; UINT32_MAX: none */
     uint32_t lines_left;
     char chunk[PROGRAM_CHUNK_SIZE];
     uint32_t chunk_offset, chunk_count;
@@ -110,6 +113,11 @@ enum program_result program_next(struct program *program, struct params *params,
 /** The line was carried out: M73 in a subroutine makes it end with a line M72. @param modes  of its command
  */
 void program_note(struct program *program, enum gcode_modes modes);
+
+/** After the last line: note what of the file is not run. Lines of subroutines count only after a closing %.
+ *  @param ends  the line that was read last is M2 or M30; of one in a loop, an if or a subroutine nothing is
+ *               said, as what follows it may have run */
+void program_note_end(struct program *program, bool ends, struct program_end *out);
 
 /** The filtered line is an O line, well formed: a stream cannot carry it out, a program can. */
 bool program_is_jump(const char *line);

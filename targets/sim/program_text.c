@@ -43,7 +43,7 @@ static void take(struct program *program, struct filter *filter, char character)
             filter->skipping = SKIP_NOTHING;
     } else if (character == '(') {
         filter->skipping = SKIP_PARENTHESES;
-    } else if (character == ';' || (character == '%' && filter->length == 0)) {
+    } else if (character == ';') {
         filter->skipping = SKIP_REST;
     } else if (character > ' ' && (character != '/' || filter->formula)) {
         const bool small = character >= 'a' && character <= 'z';
@@ -61,7 +61,7 @@ static void end_line(struct program *program, int byte) {
 
 enum status program_read_line(struct program *program, bool *more) {
     struct filter filter = {.skipping = SKIP_NOTHING};
-    int byte = byte_at(program, program->next.offset);
+    int byte = program->next.offset < program->end ? byte_at(program, program->next.offset) : end_of_text;
 
     *more = byte != end_of_text;
     program->at = program->next;
@@ -75,5 +75,9 @@ enum status program_read_line(struct program *program, bool *more) {
         end_line(program, byte);
     if (byte == read_error)
         return STATUS_PROGRAM_READ;
+    if (program->text[0] == '%' && program->text[1] != '\0') { /* a mark of who wrote the file */
+        program->text[0] = '\0';
+        return STATUS_OK;
+    }
     return filter.too_long ? STATUS_LINE_TOO_LONG : STATUS_OK;
 }

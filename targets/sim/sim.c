@@ -314,6 +314,7 @@ static int load_program(struct sim *sim, const char *text, size_t size) {
         sim->text.line_number[i] = numbers[sim->text.line_number[i] - 1];
     sim->text.file_lines = source.file_lines;
     sim->text.percent_lines = source.percent_lines;
+    sim->text.end = *expand_end(expand);
     sim->expanded = true;
     if (failed == 0 && expand_error(expand) != 0)
         add_error(sim, expand_error_line(expand), SIM_ERROR, expand_error(expand));
@@ -517,6 +518,7 @@ void sim_result(const struct sim *sim, struct sim_result *out) {
         .rapid_ticks = measured.rapid_ticks,
         .lines = sim->text.file_lines,
         .percent_lines = sim->text.percent_lines,
+        .program_end = sim->text.end,
         .pauses = sim->pauses,
     };
     host_counters(sim->host, &out->counters);

@@ -10,6 +10,7 @@
 
 #include "host.h"
 #include "measure.h"
+#include "program_end.h"
 #include "sim_script.h"
 #include "survey.h"
 
@@ -105,6 +106,7 @@ struct sim_result {
     uint64_t cutting_ticks, rapid_ticks; /* of these; the rest is dwell */
     uint64_t lines;                      /* of the file */
     uint64_t percent_lines;              /* not sent: they begin with % */
+    struct program_end program_end;      /* what of the file was not run */
     uint64_t pauses;                     /* program pauses ended by us */
     int64_t steps_total[AXIS_COUNT];     /* pulses, both directions */
     int32_t position_steps[AXIS_COUNT];  /* the controller's counters */

@@ -2,6 +2,8 @@
  * Job file -> lines for the wire. The rules are in sim_text.h. */
 #include "sim_text.h"
 
+#include "input/line_reader.h"
+
 #include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
@@ -54,6 +56,18 @@ static char *put_line(char *out, const char *line, const char *end) {
     return out;
 }
 
+/* @return whether the line belongs to the program */
+static bool take_line(struct sim_text *text, const char *line, const char *end, uint32_t number) {
+    struct line_reader reader;
+    enum line_result result;
+    line_reader_reset(&reader);
+    (void)line_reader_take(&reader, (const uint8_t *)line, (size_t)(end - line), &result);
+    (void)line_reader_put(&reader, '\n');
+    /* Text after a % is a mark of who wrote the file, and asks for nothing. */
+    const bool is_text = reader.text[0] == '%' && reader.text[1] != '\0';
+    return program_end_take(&text->end, is_text ? "" : reader.text, number);
+}
+
 static uint64_t count_ends(const char *text, const char *end) {
     uint64_t lines = 0;
     while (text < end) {
@@ -82,10 +96,13 @@ int sim_text_make(struct sim_text *out, const char *text, size_t size) {
     for (uint32_t number = 1; text < end; number++) {
         const char *line = text;
         const char *stop = line_end(line, end, &text);
+        const bool runs = take_line(out, line, stop, number);
         if (is_percent_line(line, stop)) {
             out->percent_lines++;
             continue;
         }
+        if (!runs)
+            continue;
         p = put_line(p, line, stop);
         out->line_number[out->line_count++] = number;
     }

@@ -49,6 +49,20 @@ def test_what_cannot_be_is_refused_with_the_reason(tmp_path: Path, board: str, o
     assert reason in "\n".join(str(problem) for problem in check_board(path))
 
 
+@pytest.mark.parametrize(("left_out", "named"), [("y", "y2"), ("y2", "y"), ("", "")])
+def test_both_motors_of_a_gantry_have_registers_or_neither(tmp_path: Path, left_out: str, named: str) -> None:
+    """Else one has the microsteps of `$151` and the other those of its pins."""
+    text = (BOARDS / f"{UART}.toml").read_text(encoding="utf-8")
+    text = text.replace("[axis.a]", "[axis.y.second]").replace("[driver.a]", "[driver.y2]")
+    if left_out:
+        before, _, after = text.partition(f"[driver.{left_out}]")
+        text = before + after.partition("sense_mohm")[2].partition("\n")[2]
+    path = tmp_path / "gantry.toml"
+    path.write_text(text, encoding="utf-8")
+    found = [(problem.rule, problem.key) for problem in check_board(path)]
+    assert found == [("drivers", f"driver.{named}")] * bool(named)
+
+
 @pytest.mark.parametrize(
     ("board", "rows", "number"),
     [

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from wificnc.board import paths
+from wificnc.board.chip import load_chips
 from wificnc.board.load import check_board, load_board
 from wificnc.board.problem import RULES, BoardProblems
 from wificnc.board.rules import ALLOWABLE
@@ -146,6 +147,78 @@ def test_wrong_shapes(tmp_path: Path, old: str, new: str, rule: str, key: str) -
     path.write_text(GOOD_TEXT.replace(old, new, 1), encoding="utf-8")
     (problem,) = check_board(path)
     assert (problem.rule, problem.key) == (rule, key)
+
+
+S3_TEXT = (paths.BOARDS / "esp32s3-devkitc-quad.toml").read_text(encoding="utf-8")
+
+
+def with_memory(tmp_path: Path, text: str, mode: str, flash_mb: str, psram_mb: str) -> list[tuple[str, str]]:
+    _, _, rest = text.partition("[memory]")
+    before, (_, _, after) = text.partition("[memory]")[0], rest.partition("\n\n")
+    path = tmp_path / "memory.toml"
+    memory = f'[memory]\nmode = "{mode}"\nflash_mb = {flash_mb}\npsram_mb = {psram_mb}\n\n'
+    path.write_text(before + memory + after, encoding="utf-8")
+    return [(problem.rule, problem.key) for problem in check_board(path) if problem.rule == "memory-mode"]
+
+
+@pytest.mark.parametrize(
+    ("text", "mode", "flash_mb", "psram_mb", "keys"),
+    [
+        (S3_TEXT, "quad", "[8]", "[8]", ["memory.psram_mb[0]"]),  # octal: pins 33 to 37 are its
+        (S3_TEXT, "quad", "[8, 3]", "[0, 2]", ["memory.flash_mb[1]"]),
+        (S3_TEXT, "flash", "[8]", "[2]", ["memory.psram_mb[0]"]),
+        (S3_TEXT, "octal", "[8]", "[0, 2]", ["memory.psram_mb[0]", "memory.psram_mb[1]"]),
+        (S3_TEXT, "quad", "[0]", "[-1]", ["memory.flash_mb[0]", "memory.psram_mb[0]"]),
+        (S3_TEXT, "quad", "[4, 8, 16]", "[0, 2]", []),
+        (GOOD_TEXT, "flash", "[4]", "[4]", ["memory.psram_mb[0]"]),  # pins 16 and 17 are its
+        (GOOD_TEXT, "flash", "[1000]", "[0]", ["memory.flash_mb[0]"]),
+        (GOOD_TEXT, "flash", "[4, 8, 16]", "[0]", []),
+    ],
+)
+def test_memory_that_the_variant_does_not_come_with(
+    tmp_path: Path, text: str, mode: str, flash_mb: str, psram_mb: str, keys: list[str]
+) -> None:
+    """Its pins would pass as free ones."""
+    assert with_memory(tmp_path, text, mode, flash_mb, psram_mb) == [("memory-mode", key) for key in keys]
+
+
+def test_every_memory_variant_has_its_sizes() -> None:
+    for chip in load_chips().values():
+        assert chip.memory.keys() == chip.memory_sizes.keys()
+
+
+SHAPES = {  # a fault in the shape, and the rules that it alone breaks
+    'step = "GPIO25"': ("step = 25", "axis.x.step"),
+    "schema = 1": ("schema = 2", "schema"),
+    'kind = "plain"': ('kind = "plain"\ndefine = "X"', "led.define"),
+    "timer_hz = 20_000_000": ("timer_hz = 0", "timing.timer_hz"),
+    'mode = "flash"': ("mode = 3", "memory.mode"),
+    'dir = "GPIO32"': ('dri = "GPIO32"', "axis.y.dri"),
+}
+
+
+@pytest.mark.parametrize("old", SHAPES)
+def test_faults_of_shape_and_of_rules_in_one_run(tmp_path: Path, old: str) -> None:
+    """Each is there alone, and so they are together; a fault of shape brings no other one with it."""
+    new, key = SHAPES[old]
+    assert GOOD_TEXT.count(old) >= 1
+    alone = GOOD_TEXT.replace(old, new, 1)
+    path = tmp_path / "shape.toml"
+    path.write_text(alone, encoding="utf-8")
+    assert [problem.key for problem in check_board(path)] == [key]
+    path.write_text(alone.replace('spindle_enable = "GPIO17"', 'spindle_enable = "GPIO34"'), encoding="utf-8")
+    found = check_board(path)
+    assert {problem.key for problem in found} == {key, "output.spindle_enable"}
+    assert "input-only" in {problem.rule for problem in found}
+    assert [problem.line for problem in found] == sorted(problem.line for problem in found)
+
+
+def test_an_unknown_chip_and_a_fault_of_shape_in_one_run(tmp_path: Path) -> None:
+    path = tmp_path / "chip.toml"
+    path.write_text(
+        GOOD_TEXT.replace('chip = "esp32"', 'chip = "esp99"').replace("timer_hz", "timer_h"), encoding="utf-8"
+    )
+    assert {problem.rule for problem in check_board(path)} == {"unknown-chip", "unknown-key"}
 
 
 def test_no_such_board_suggests_one() -> None:

@@ -181,3 +181,11 @@ def test_a_work_zero_that_is_none(tmp_path, capsys, zero):
     with pytest.raises(SystemExit) as ended:
         main(["check", str(tmp_path / "job.nc"), "--machine", "mpcnc", f"--work-zero={zero}"])
     assert ended.value.code == (2 if zero else 0)
+
+
+def test_lines_after_the_end_of_the_program_are_a_finding(check, kinds):
+    code, report = check("%\nG21G90\nG1X10F100\nM30\n%\n%\nO2\nG0X500\nM30\n%\n")
+    assert code == 0 and report["extent"]["X"]["max_mm"] == 10
+    (found,) = [finding for finding in report["findings"] if finding["kind"] == "not-run"]
+    assert (found["severity"], found["first_line"], found["last_line"]) == ("warning", 8, 10)
+    assert "another program begins in line 6" in found["message"] and "line 6" in found["hint"]

@@ -247,11 +247,11 @@ def test_during_an_update_the_machine_says_so(there: Receiver) -> None:
         until(one, b"ok\r\n")
         with opened(there) as page:
             assert page.ask(GOOD) == "OK"
-            until(one, b"ALARM:56\r\n[MSG:A firmware update is being written: wait until it ends]\r\n")
+            until(one, b"ALARM:57\r\n[MSG:A firmware update is being written: wait until it ends]\r\n")
             one.sendall(b"$X\n")
             until(one, b"error:")
             with sender(there) as later:
-                until(later, b"[MSG:Locked by ALARM:56: a firmware update is being written: wait until it ends]")
+                until(later, b"[MSG:Locked by ALARM:57: a firmware update is being written: wait until it ends]")
         until(one, b"[MSG:Reset to continue]\r\n")  # it was called off
 
 

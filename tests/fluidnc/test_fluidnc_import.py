@@ -170,9 +170,9 @@ def test_losses_are_named_with_their_line_and_reason() -> None:
     imported = import_fluidnc(GANTRY)
     reasons = lost(imported)
     assert reasons.keys() == {
-        "axes.x.motor0.tmc_2130", "axes.z.motor0.rc_servo", "axes.z", "huanyang", "uart1", "sdcard",
+        "axes.x.motor0.tmc_2208", "axes.z.motor0.rc_servo", "axes.z", "huanyang", "uart1", "sdcard",
     }  # fmt: skip
-    assert "registers" in reasons["axes.x.motor0.tmc_2130"] and "inverter" in reasons["huanyang"]
+    assert "registers" in reasons["axes.x.motor0.tmc_2208"] and "inverter" in reasons["huanyang"]
     lines = GANTRY.read_text(encoding="utf-8").splitlines()
     for remark in imported.remarks.of(Kind.LOST):
         assert lines[remark.line - 1].strip().lower().startswith(remark.key.rpartition(".")[2])
@@ -242,9 +242,39 @@ def test_what_the_rules_refuse_is_left_out_with_their_words(tmp_path: Path) -> N
     assert imported.board["input"]["probe"]["pull"] == "none" and "10 kOhm" in changed(imported)["input.probe"]
 
 
-def test_an_output_on_gpio34_means_an_s3(tmp_path: Path) -> None:
-    assert converted(tmp_path, AXIS_X + "coolant:\n  flood_pin: gpio.35\n").board["chip"] == "esp32s3"
+S3_X = "axes:\n" + axis("x", 4, 5)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "chip"),
+    [
+        ("flood_pin: gpio.35", "esp32"),  # can only be read there
+        ("flood_pin: gpio.42", "esp32"),  # it has no such pin
+        ("flood_pin: gpio.6", "esp32"),  # its flash's
+        ("flood_pin: gpio.2", "esp32"),
+    ],
+)
+def test_a_wrong_pin_does_not_turn_an_esp32_into_an_s3(tmp_path: Path, wrong: str, chip: str) -> None:
+    """X is at GPIO25 and 26, which an ESP32-S3 does not have to spare."""
+    imported = converted(tmp_path, f"{AXIS_X}coolant:\n  {wrong}\n")
+    assert imported.board["chip"] == chip
+    assert ("output.coolant_flood" in lost(imported)) == ("gpio.2" not in wrong)
+
+
+def test_two_pins_of_an_s3_mean_an_s3(tmp_path: Path) -> None:
+    text = S3_X + "coolant:\n  flood_pin: gpio.42\n  mist_pin: gpio.41\n"
+    assert converted(tmp_path, text).board["chip"] == "esp32s3"
     assert converted(tmp_path, AXIS_X + "probe:\n  pin: gpio.35\n").board["chip"] == "esp32"
+
+
+def test_a_pin_alone_does_not_say_which_chip_it_is(tmp_path: Path) -> None:
+    """It may be a slip, and the other pins are of both chips: the name says it, or --chip."""
+    text = S3_X + "coolant:\n  flood_pin: gpio.42\n"
+    with pytest.raises(FileProblems, match="GPIO42 cannot be used so on an ESP32") as caught:
+        converted(tmp_path, text)
+    assert "--chip esp32s3" in str(caught.value)
+    assert converted(tmp_path, text, "esp32s3").refused == []
+    assert converted(tmp_path, f"board: My S3 board\n{text}").board["chip"] == "esp32s3"
 
 
 def test_the_pin_of_a_psram_means_a_module_without_one(tmp_path: Path) -> None:
@@ -316,9 +346,48 @@ def test_an_unknown_key_is_lost_by_its_name(tmp_path: Path) -> None:
     assert lost(converted(tmp_path, AXIS_X + "frobnicate:\n  speed: 3\n")) == {"frobnicate": "is not known here"}
 
 
-def test_a_number_that_is_none_is_lost_by_its_text(tmp_path: Path) -> None:
-    imported = converted(tmp_path, "axes:\n" + axis("x", 25, 26, more="    steps_per_mm: eighty\n"))
-    assert "'eighty' is not understood" in lost(imported)["axes.x.steps_per_mm"]
+@pytest.mark.parametrize("text", ["eighty", "0", "0.0", "-5", "nan", "inf", "80 mm"])
+@pytest.mark.parametrize(
+    ("key", "ours", "default"),
+    [
+        ("steps_per_mm", "steps_per_mm", 80),
+        ("max_rate_mm_per_min", "max_rate_mm_min", 1000),
+        ("acceleration_mm_per_sec2", "acceleration_mm_s2", 25),
+    ],
+)
+def test_a_number_that_cannot_be_is_named_with_what_is_taken_instead(
+    tmp_path: Path, key: str, ours: str, default: int, text: str
+) -> None:
+    imported = converted(tmp_path, "axes:\n" + axis("x", 25, 26, more=f"    {key}: {text}\n"))
+    why = lost(imported)[f"axes.x.{key}"]
+    assert text in why and f"{default}, FluidNC's default, is taken" in why
+    assert imported.machine["axis"]["x"][ours] == default
+
+
+def test_the_sample_with_no_steps(tmp_path: Path) -> None:
+    text = "axes:\n  x:\n    steps_per_mm: 0\n" + axis("x", 26, 16).partition("\n")[2]
+    (tmp_path / "c.yaml").write_text(text, encoding="utf-8")
+    result = run(tmp_path / "c.yaml", "-o", tmp_path / "b.toml", "--machine", tmp_path / "m.toml")
+    assert "axes.x.steps_per_mm" in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("text", "key", "said"),
+    [
+        ("uart1:\n  txd_pin: gpio.17\n", "uart1", "[pendant]"),
+        ("parking:\n  enable: true\n", "parking", "$42"),
+        ("ethernet:\n  cs_pin: gpio.5\n", "ethernet", "W5500 goes into [ethernet]"),
+        ("atc_manual:\n  safe_z_mpos_mm: 50\n", "atc_manual", "$341"),
+    ],
+)
+def test_what_is_not_taken_is_not_called_impossible(tmp_path: Path, text: str, key: str, said: str) -> None:
+    """There are pendants, driver chips, parking, a W5500 and tool changes here."""
+    assert said in lost(converted(tmp_path, AXIS_X + text))[key]
+
+
+def test_an_enable_of_the_shift_registers_is_named(tmp_path: Path) -> None:
+    text = GANTRY.read_text(encoding="utf-8").replace("i2so:\n", "i2so:\n  oe_pin: gpio.4\n")
+    assert "wire OE to ground" in lost(converted(tmp_path, text))["i2so.oe_pin"]
 
 
 def test_soft_limits_of_some_axes_are_lost(tmp_path: Path) -> None:
@@ -332,7 +401,7 @@ def test_soft_limits_of_some_axes_are_lost(tmp_path: Path) -> None:
         ("", 1, "has no keys"),
         ("board: x\n", 1, "axes: is missing"),
         ("axes:\n  x:\n    a: 1\n   b: 2\n", 4, "not YAML"),
-        ("axes:\n  x:\n    steps_per_mm: 1\n", 1, "no axis with a motor"),
+        ("axes:\n  x:\n    steps_per_mm: 1\n", 1, "no axis with a motor that we drive"),
         ("axes:\n  x:\n    motor0:\n      solenoid:\n        output_pin: gpio.2\n", 1, "a solenoid as a motor"),
     ],
 )

@@ -19,7 +19,10 @@ FLAGS = ["-std=c11", "-O2", "-g", "-fPIC", "-shared", "-ffp-contract=off", "-Ico
 WARNINGS = ["-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Werror"]
 SOURCES = (
     "core/input/line_reader.c",
-    *(f"targets/sim/{name}.c" for name in ("knowledge", "oword", "program", "program_text", "status_text")),
+    *(
+        f"targets/sim/{name}.c"
+        for name in ("knowledge", "oword", "program", "program_end", "program_text", "status_text")
+    ),
     "core/base/pow.c",
     "core/base/trig.c",
     "tests/gcode/compute.c",

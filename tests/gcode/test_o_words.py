@@ -253,7 +253,7 @@ def test_conditions_see_what_lines_did(bench: Bench) -> None:
 
 
 def test_line_numbers(bench: Bench) -> None:
-    text = "(one)\r\n\r\no1 repeat [2]\rX1 ; two\n\no1 endrepeat\n%\nN70 X#<_line>"
+    text = "(one)\r\n\r\no1 repeat [2]\rX1 ; two\n\no1 endrepeat\n% seven\nN70 X#<_line>"
     assert list(bench.program(text)) == [(4, "X1"), (4, "X1"), (8, "N70X8")]
 
 

@@ -184,6 +184,14 @@ class Grbl:
         text = ctypes.create_string_buffer(128)
         return text.value.decode() if LIB.host_notice(self._host, 0, text, len(text)) else None
 
+    def notices(self) -> list[str]:
+        """All that the next client reads."""
+        text = ctypes.create_string_buffer(192)
+        found = []
+        while LIB.host_notice(self._host, len(found), text, len(text)):
+            found.append(text.value.decode())
+        return found
+
     def status(self) -> str:
         """The answer to ?, alone; no time passes."""
         return self.after(0, "?")

@@ -45,13 +45,13 @@ def test_an_estop_that_is_pressed(grbl: Grbl) -> None:
 def test_a_controller_that_keeps_the_machine_stopped(grbl: Grbl, lock: str, why: str) -> None:
     """It stops as by the e-stop, but there is none to release."""
     LIB.virtual_lock(grbl._host, HOST.enum("hal_lock")[f"HAL_LOCK_{lock}"])
-    assert grbl.send("") == f"ALARM:56\r\n[MSG:{why}]\r\n"
-    assert grbl.notice() == f"Locked by ALARM:56: {why[0].lower()}{why[1:]}"
-    assert "ALARM:56" in grbl.send("\x18")  # neither a reset nor an unlock leads out
+    assert grbl.send("") == f"ALARM:57\r\n[MSG:{why}]\r\n"
+    assert grbl.notice() == f"Locked by ALARM:57: {why[0].lower()}{why[1:]}"
+    assert "ALARM:57" in grbl.send("\x18")  # neither a reset nor an unlock leads out
     assert "ok" not in grbl.send("$X\n")
     LIB.virtual_lock(grbl._host, 0)
     assert "[MSG:Reset to continue]" in grbl.after(1)
-    assert grbl.notice() == "Locked by ALARM:56: reset to continue"
+    assert grbl.notice() == "Locked by ALARM:57: reset to continue"
     assert "Grbl 1.1h" in grbl.send("\x18") and "error" not in grbl.send("$X\nG0X1\n")
 
 

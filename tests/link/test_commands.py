@@ -51,6 +51,23 @@ def test_send(target: Bridge, tmp_path: Path) -> None:
     assert document["machine_position"] == {"X": 1.0, "Y": 2.0, "Z": 0.0}
 
 
+@pytest.mark.parametrize("end", ["M2", "M30", "%", "o<t> call\nM2"])
+def test_send_ends_with_the_program_and_says_what_is_left(target: Bridge, tmp_path: Path, end: str) -> None:
+    """The tail would run with the spindle off, and in G54."""
+    sub = "o<t> sub\no<t> endsub\n" if "call" in end else ""
+    head = f"{sub}G21 G90\nG10L2P2X10\nG55\nM3S1000\nG1X1F1000\n{end}\n"
+    job = tmp_path / "job.nc"
+    job.write_text(head + "G1X5\nG1X6\n")
+    result = run("send", str(job), "--json")
+    document = json.loads(result.stdout)
+    assert result.exit_code == 0 and (document["end"], document["lines_not_run"]) == ("finished", 2)
+    assert document["machine_position"]["X"] == 11.0
+    first = head.count("\n") + 1
+    assert f"2 lines are not run, from line {first} on" in result.stderr
+    with pytest.raises(UserError, match=r"not run|parameters"):
+        run("send", str(job), "--from-line", str(first), "--yes")
+
+
 def test_send_says_which_line_was_refused(target: Bridge, tmp_path: Path) -> None:
     job = tmp_path / "job.nc"
     job.write_text("G21\n\nG1 X1\nG0 X5\n")

@@ -27,6 +27,9 @@ def status(state: str) -> Status:
     return found
 
 
+LOCKED_56 = "Locked by ALARM:56: '$H'|'$X' to unlock"
+
+
 @pytest.mark.parametrize("code", [code for code in ALARMS if code != 55])
 def test_an_alarm_has_its_number_its_meaning_and_a_way_out(code: int) -> None:
     way_out = "reset to continue" if code in RESET_ALARMS else "'$H'|'$X' to unlock"
@@ -46,6 +49,7 @@ def test_an_alarm_has_its_number_its_meaning_and_a_way_out(code: int) -> None:
         ("Alarm", ["Locked, check limits: '$H'|'$X' to unlock"], "limit switch was closed", "wificnc jog"),
         ("Alarm", ["Locked by ALARM:50: release the emergency stop"], "ALARM:50", "release the emergency stop, then"),
         ("Alarm", ["Stored data is damaged: settings $1. Check $$ $# $N, then $ACK"], "damaged: settings $1", "$ACK"),
+        ("Alarm", ["Restarted by fault at 0x9D001234", LOCKED_56], "(fault at 0x9D001234)", "wificnc home"),
         ("Hold:0", [], "feed hold", "~ resume"),
         ("Hold:0", ["Sender lost: feed hold"], "connection of the sender", "wificnc monitor"),
         ("Hold:0", ["Sender lost: feed hold", "Program pause"], "connection of the sender", "wificnc monitor"),

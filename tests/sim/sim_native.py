@@ -93,3 +93,12 @@ def job_lines(library: ctypes.CDLL, text: bytes) -> tuple[list[bytes], list[int]
     library.sim_text_free(byref(out))
     assert wire.endswith(b"\n") or not wire
     return wire.split(b"\n")[:-1], numbers, *counts
+
+
+def program_end(library: ctypes.CDLL, text: bytes) -> object:
+    """Where sim_text_make() ends the program."""
+    out = SimText()
+    assert library.sim_text_make(byref(out), text, len(text)) == 0
+    end = type(out.end).from_buffer_copy(out.end)
+    library.sim_text_free(byref(out))
+    return end

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from sim_native import job_lines
+from sim_native import job_lines, program_end
 from wificnc.sim.job import split_lines
 
 
@@ -36,9 +36,12 @@ def test_lines(library, text, lines, numbers):
 @given(st.binary(max_size=200))
 def test_any_bytes_make_harmless_lines_that_people_count_alike(library, text):
     wire, numbers, _, percent = job_lines(library, text)
+    end = program_end(library, text).line or len(text)
     shown = split_lines(text.rstrip(b"\x1a"))
     shown = shown[:-1] if not shown[-1] else shown
-    assert len(wire) + percent == len(shown)
+    marks = [line.lstrip(b" \t").startswith(b"%") for line in shown]
+    assert percent == sum(marks)
+    assert numbers == [number for number, mark in enumerate(marks, 1) if not mark and number <= end]
     for line, number in zip(wire, numbers, strict=True):
         assert all(byte == 9 or (32 <= byte < 127 and byte not in b"!?~") for byte in line)
         assert not shown[number - 1].lstrip(b" \t").startswith(b"%")

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from lint import external
 from lint.callers import check_callers
+from lint.changes import check_changes
 from lint.circles import check_circles, check_firmware
 from lint.encodings import check_encodings
 from lint.english import check_english
@@ -29,6 +30,7 @@ LINTS: dict[str, tuple[str, Lint]] = {
     "circles": ("files that call back are few", check_circles),
     "firmware": ("a firmware calls each file", check_firmware),
     "house": ("sizes, file heads, leftovers", check_house),
+    "changes": ("changes for users, two sentences", check_changes),
     "encodings": ("text of files is UTF-8", check_encodings),
     "settings": ("settings by name, not by number", check_settings),
     "english": ("plain English for users", check_english),

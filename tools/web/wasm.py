@@ -11,6 +11,7 @@ from pathlib import Path
 
 from wificnc.build.cross import zig_cc
 from wificnc.build.host import HEADERS, WARNINGS
+from wificnc.build.frames import pc_frame_flags
 from wificnc.build.lock import build_lock
 from wificnc.build.objects import Unit, compile_stale, failure, is_older
 from wificnc.build.platforms import SYSTEMS, sources_of
@@ -43,7 +44,12 @@ def build_wasm(root: Path = ROOT) -> Path:
     output.parent.mkdir(parents=True, exist_ok=True)
     zig = zig_cc()
     units = [
-        Unit(source, output.parent / "obj" / source.relative_to(root).with_suffix(".o")) for source in _sources(root)
+        Unit(
+            source,
+            output.parent / "obj" / source.relative_to(root).with_suffix(".o"),
+            pc_frame_flags(source, root, family="clang"),
+        )
+        for source in _sources(root)
     ]
     with build_lock(output.parent):
         command = [*zig, *FLAGS, *(f"-I{root / folder}" for folder in HEADERS)]

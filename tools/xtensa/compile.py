@@ -12,6 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
+from wificnc.build.frames import frame_flags, frame_limit
+
 from xtensa.headers import Headers
 from xtensa.toolchain import Toolchain
 from xtensa.unchanged import depfile, files_read, is_unchanged, note
@@ -131,7 +133,8 @@ def _compile(
 ) -> Object:
     made = Object(source, output / source.relative_to(root).with_suffix(".o"))
     made.path.parent.mkdir(parents=True, exist_ok=True)
-    clang = [*argv, "-emit-llvm", "-S", "-MD", "-MF", str(depfile(made.path)), "-o", str(made.code), str(source)]
+    frame = frame_flags(frame_limit(source, root), family="clang")
+    clang = [*argv, *frame, "-emit-llvm", "-S", "-MD", "-MF", str(depfile(made.path)), "-o", str(made.code), str(source)]
     llc = [tools.llc, f"-mcpu={CPU}", "-O2", "--function-sections", "--data-sections", str(made.code)]
     call0 = has_call0_abi(root, source)
     command = [*clang, *llc, str(call0)]

@@ -7,7 +7,7 @@ const SOURCE = join(import.meta.dirname, "../src");
 const TAGS = new Set(["t", "msg"]);
 /** Attributes that no one reads: of the page's parts and of HTML and SVG. */
 const NOT_READ =
-  /^(accept|aria-(?!label$|description$|valuetext$|placeholder$).*|autocapitalize|autocomplete|class|colour|d|data-.*|fill|for|href|icon|id|input[mM]ode|key|kind|lang|method|name|points|preserveAspectRatio|ref|rel|role|size|src|stroke.*|style|target|test|testId|transform|type|value|viewBox)$/;
+  /^(accept|aria-(?!label$|description$|valuetext$|placeholder$).*|autocapitalize|autocomplete|class|colour|d|data-.*|fill|for|href|icon|id|input[mM]ode|key|kind|lang|machine|method|name|points|preserveAspectRatio|ref|rel|role|size|src|stroke.*|style|target|test|testId|transform|type|value|viewBox)$/;
 
 /** Properties of tables and of thrown or noted things that are shown. */
 const READ_PROPERTY = /^(title|text|label|hint|why|begin|question)$/;

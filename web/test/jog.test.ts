@@ -1,15 +1,21 @@
-import { afterEach, beforeEach, expect, test, vi } from "vitest";
+import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
 import type { Controller } from "../src/link/controller";
-import { Jogger } from "../src/link/jog";
+import { combined, heldFeed, Jogger } from "../src/link/jog";
 
-/** What goes to the controller; each line is accepted. */
-function listening(): { sent: string[]; jogger: Jogger } {
+/** A machine that takes each jog up to the end of its travel. */
+function listening(travel_mm = Infinity, refusal = 15) {
   const sent: string[] = [];
-  const controller = {
-    post: (text: string) => (sent.push(text), Promise.resolve({ kind: "ok", said: [] })),
-    realtime: (name: string) => void sent.push(name),
+  const told: string[] = [];
+  const at: Record<string, number> = {};
+  const post = (text: string): Promise<object> => {
+    sent.push(text);
+    const words = [...text.matchAll(/([XYZ])(-?[\d.]+)/g)].map(([, axis, value]) => [axis!, (at[axis!] ?? 0) + Number(value)] as const);
+    if (words.some(([, mm]) => Math.abs(mm) > travel_mm)) return Promise.resolve({ kind: "error", code: refusal, said: [] });
+    Object.assign(at, Object.fromEntries(words));
+    return Promise.resolve({ kind: "ok", said: [] });
   };
-  return { sent, jogger: new Jogger(controller as unknown as Controller) };
+  const controller = { post, realtime: (name: string) => void sent.push(name) };
+  return { sent, told, at, jogger: new Jogger(controller as unknown as Controller, (why) => told.push(why)) };
 }
 
 beforeEach(() => void vi.useFakeTimers({ toFake: ["setInterval", "clearInterval", "performance"] }));
@@ -17,7 +23,7 @@ afterEach(() => void vi.useRealTimers());
 
 test("held jogging is as long as the button is held, and little ahead", () => {
   const { sent, jogger } = listening();
-  jogger.begin({ X: 1 }, 600);
+  jogger.begin({ X: 1 }, 600, "X+");
   vi.advanceTimersByTime(2000);
   const millimetres = sent.length; // a slice of 0.1 s at 10 mm/s is 1 mm
   expect(millimetres).toBeGreaterThanOrEqual(20);
@@ -28,10 +34,74 @@ test("held jogging is as long as the button is held, and little ahead", () => {
 
 test("a page that stood still does not send what it has missed", () => {
   const { sent, jogger } = listening();
-  jogger.begin({ X: 1 }, 600);
+  jogger.begin({ X: 1 }, 600, "X+");
   vi.advanceTimersByTime(1000);
   const before = sent.length;
   vi.spyOn(performance, "now").mockReturnValue(performance.now() + 10_000); // no timer ran meanwhile
   vi.advanceTimersByTime(50);
   expect(sent.length - before).toBeLessThanOrEqual(4);
+});
+
+test.each([["X+", "Y+"], ["X+", "X−"]])("what was let go does not end the next one: %s, then %s", (first, second) => {
+  const { sent, jogger } = listening();
+  jogger.begin({ X: 1 }, 600, first!);
+  jogger.end(first); // the pointer is up
+  sent.length = 0;
+  jogger.begin({ Y: 1 }, 600, second!);
+  jogger.end(first); // its button loses the focus
+  expect(sent).not.toContain("JOG_CANCEL");
+  vi.advanceTimersByTime(500);
+  expect(sent.length).toBeGreaterThanOrEqual(7);
+  jogger.end(second);
+  expect(sent.at(-1)).toBe("JOG_CANCEL");
+});
+
+describe("the end of the travel", () => {
+  test.each([0, 0.004, 0.02, 0.7, 1.4, 4.9, 5, 12.345])("is reached when it is %s mm away, and said once", async (travel_mm) => {
+    const { sent, told, at, jogger } = listening(travel_mm);
+    jogger.begin({ X: 1 }, 3000, "X+"); // slices of 5 mm
+    for (let n = 0; n < 40; n++) await vi.advanceTimersByTimeAsync(50);
+    expect(travel_mm - (at.X ?? 0)).toBeGreaterThanOrEqual(0);
+    expect(travel_mm - (at.X ?? 0)).toBeLessThanOrEqual(0.01);
+    expect(told).toEqual(["End of the travel: X+"]);
+    expect(sent).not.toContain("JOG_CANCEL"); // which would take away what was accepted
+    jogger.end("X+");
+    expect(sent.at(-1)).toBe("JOG_CANCEL");
+  });
+
+  test("ends with the hand, in the middle of it", async () => {
+    const { sent, told, jogger } = listening(1.4);
+    jogger.begin({ X: 1 }, 3000, "X+");
+    await Promise.resolve();
+    jogger.end("X+");
+    const count = sent.length;
+    for (let n = 0; n < 10; n++) await vi.advanceTimersByTimeAsync(50);
+    expect(sent.length).toBe(count);
+    expect(told).toEqual([]);
+  });
+
+  test("another refusal ends the jog and is said once", async () => {
+    const { sent, told, jogger } = listening(0, 9);
+    jogger.begin({ X: 1 }, 3000, "X+");
+    for (let n = 0; n < 10; n++) await vi.advanceTimersByTimeAsync(50);
+    expect(told).toHaveLength(1);
+    expect(told[0]).toContain("error 9");
+    expect(sent.filter((text) => text === "JOG_CANCEL")).toHaveLength(1);
+  });
+});
+
+test("two keys jog diagonally at the feed, and opposed ones stand still", () => {
+  expect(combined([{ X: 1 }, { Y: -1 }])).toEqual({ X: 1, Y: -1 });
+  expect(combined([{ X: 1 }, { X: -1 }, { Y: 1 }])).toEqual({ Y: 1 });
+  const { sent, jogger } = listening();
+  jogger.begin({ X: 1, Y: -1 }, 600, "keys");
+  expect(sent[0]).toBe("$J=G91G21X0.7071Y-0.7071F600"); // 1 mm of path in 0.1 s
+  jogger.end();
+});
+
+test("no axis is asked for more than its fastest feed", () => {
+  const settings = new Map([[110, "6000"], [112, "500"]]);
+  expect(heldFeed({ X: 1 }, 3000, settings)).toBe(3000);
+  expect(heldFeed({ X: 1, Z: 1 }, 3000, settings)).toBe(500);
+  expect(heldFeed({ Y: 1 }, 3000, settings)).toBe(3000); // not known
 });

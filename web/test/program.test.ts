@@ -1,5 +1,17 @@
+import { readFileSync } from "node:fs";
 import { expect, it } from "vitest";
+import { endingWords, type Ending } from "../src/job/ending";
 import { codeOf, numbered, ProgramError, readProgram } from "../src/job/program";
+
+const vectors = new URL("../../protocol/vectors/program_end.json", import.meta.url);
+const { cases: ends } = JSON.parse(readFileSync(vectors, "utf8")) as { cases: (Ending & { name: string; lines: string[]; run: number[] })[] };
+
+it.each(ends)("ends a program: $name", ({ lines, run, line, unrun, first, second }) => {
+  const program = readProgram("a.nc", lines.join("\n"));
+  expect(program.lines.map(({ number }) => number)).toEqual(run);
+  expect(program.ending).toMatchObject({ line, unrun, first, second });
+  expect(endingWords(program.ending) !== null).toBe(unrun > 0);
+});
 
 it("drops comments and blanks, and keeps the file's line numbers", () => {
   const program = readProgram("a.nc", "%\r\n(start ! of ~ it)\r\ng1 x1.5 (ü) f 100 ; end?\rG0X0\n\n%\n");

@@ -82,6 +82,13 @@ class ChipPin(Strict):
         return {"none": True, "up": self.pull_up, "down": self.pull_down}[pull]
 
 
+class MemorySizes(Strict):
+    """That a memory variant is sold with; the flash has room for the firmware."""
+
+    flash_mb: Annotated[tuple[int, ...], LooseTuple]
+    psram_mb: Annotated[tuple[int, ...], LooseTuple]
+
+
 class FastPath(Strict):
     """The registers the step interrupt writes: pin n is bit n % bank_width of bank n / bank_width."""
 
@@ -169,6 +176,7 @@ class ChipFile(Strict):
     url: str | None = None
     source: dict[str, str]
     memory: dict[str, str]
+    memory_sizes: dict[str, MemorySizes]  # of the same variants
     fast: FastPath
     timer: StepTimer
     spi_hosts: dict[str, int] = {}

@@ -10,7 +10,8 @@ from wificnc.board.model import Board, BoardFile
 from wificnc.board.problem import BoardProblems
 from wificnc.board.rules import check_rules
 from wificnc.checked.problem import FileProblems, Finding, Problem
-from wificnc.checked.shape import closest, locate, validate
+from wificnc.checked.repair import concerns, repaired
+from wificnc.checked.shape import by_line, closest, locate, validate
 from wificnc.checked.tomlfile import TomlFile, read_toml
 from wificnc.errors import BoardError
 
@@ -46,9 +47,13 @@ def load_board(ref: str | Path) -> Board:
     path = board_path(ref)
     try:
         source = read_toml(path)
-        file = validate(BoardFile, source)
+        findings = _first_key(source)
+        try:
+            file = validate(BoardFile, source)
+        except FileProblems as err:
+            raise FileProblems(by_line([*err.problems, *_other_problems(source, findings)])) from err
         chip = _chip_of(file, source)
-        findings = [*_first_key(source), *check_rules(file, chip)]
+        findings += check_rules(file, chip)
         if findings:
             raise FileProblems(locate(findings, source))
     except FileProblems as err:
@@ -69,6 +74,19 @@ def check_board(ref: str | Path) -> list[Problem]:
     except BoardProblems as err:
         return list(err.problems)
     return []
+
+
+def _other_problems(source: TomlFile, findings: list[Finding]) -> list[Problem]:
+    """What the rules find in a file with faults in its shape, apart from what follows from these."""
+    file, places = repaired(BoardFile, source.data)
+    if file is None or concerns(("target",), places) or concerns(("chip",), places):
+        return locate([finding for finding in findings if not concerns(finding.path, places)], source)
+    try:
+        chip = _chip_of(file, source)
+    except FileProblems as err:
+        return [*err.problems, *locate(findings, source)]
+    findings = [*findings, *check_rules(file, chip, places)]
+    return locate([finding for finding in findings if not concerns(finding.path, places)], source)
 
 
 def _chip_of(file: BoardFile, source: TomlFile) -> Chip:

@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from math import ceil
 
-from wificnc.board.buses import Driver
 from wificnc.board.chip import Chip
+from wificnc.board.driver_rules import drivers
 from wificnc.board.model import AXES_MAX, AXIS_LETTERS, BoardFile, Role, Use
 from wificnc.board.shift_registers import on_grid_ns, pulse_engine, shift_registers
 from wificnc.board.wire import OutputWire
-from wificnc.checked.problem import Finding, key_text
+from wificnc.checked.problem import Finding, KeyPath, key_text
 from wificnc.checked.shape import closest
 
 NS_PER_S = 1_000_000_000
@@ -27,13 +27,19 @@ UseRule = Callable[[BoardFile, Chip, Use], Iterator[Finding]]
 BoardRule = Callable[[BoardFile, Chip], Iterator[Finding]]
 
 
-def check_rules(board: BoardFile, chip: Chip) -> list[Finding]:
-    """Everything that is wrong with the board, earned opt-outs applied."""
+def check_rules(board: BoardFile, chip: Chip, faults: Sequence[KeyPath] = ()) -> list[Finding]:
+    """Everything that is wrong with the board, earned opt-outs applied.
+
+    @param faults  places of the file with a stand-in: rules that read these tables say nothing
+    """
+    tables = {str(place[0]) for place in faults if place}
     found: list[Finding] = []
     for use in board.uses():
         found += _check_use(board, chip, use)
-    for rule in BOARD_RULES:
-        found += rule(board, chip)
+    found = [finding for finding in found if not tables & set(_PIN_TABLES.get(finding.rule, ()))]
+    for rule, read in BOARD_RULES.items():
+        if not tables & set(read):
+            found += rule(board, chip)
     return found
 
 
@@ -278,103 +284,6 @@ def _dial(board: BoardFile, chip: Chip) -> Iterator[Finding]:
         yield Finding("dial", ("dial", "b"), reason, f'active = "{dial.a.active}"')
 
 
-def _drivers(board: BoardFile, chip: Chip) -> Iterator[Finding]:
-    bus, drivers = board.driver_bus, board.driver.named()
-    if bus is None:
-        if drivers:
-            reason = "these drivers have registers, and the board has no bus to write them"
-            yield Finding("drivers", ("driver",), reason, "add [driver_bus] with uart or spi")
-        return
-    if not drivers:
-        yield Finding(
-            "drivers", ("driver_bus",), "no driver is on this bus", 'add [driver.x] with kind = "tmc2209" ...'
-        )
-    if (bus.uart is None) == (bus.spi is None):
-        yield Finding("drivers", ("driver_bus",), "a bus is a UART or an SPI controller", "give one of uart and spi")
-        return
-    yield from _driver_controller(board, chip)
-    keys = ("tx", "rx") if bus.uart else ("mosi", "miso", "sclk")
-    for key in keys:
-        if getattr(bus, key) is None:
-            yield Finding("drivers", ("driver_bus",), f"the bus has no {key}", f'{key} = "..."')
-    for name, driver in drivers.items():
-        yield from _driver(board, name, driver)
-    yield from _driver_places(board)
-
-
-def _driver_controller(board: BoardFile, chip: Chip) -> Iterator[Finding]:
-    bus = board.driver_bus
-    assert bus is not None
-    key, name = ("uart", bus.uart) if bus.uart else ("spi", bus.spi)
-    known = chip.driver_uarts if bus.uart else chip.spi_hosts
-    if not chip.driver_uarts:
-        reason = f"the firmware of the {chip.name} does not write registers of motor drivers"
-        yield Finding("drivers", ("driver_bus",), reason, "leave it out, and set current and microsteps at the drivers")
-    elif name not in known:
-        yield Finding(
-            "drivers", ("driver_bus", key), f"{chip.name} has no {name!r} to spare", f"one of: {', '.join(known)}"
-        )
-    elif bus.spi and chip.spi_words and pulse_engine(board) == "spi" and chip.spi_words.host == name:
-        yield Finding("drivers", ("driver_bus", "spi"), f"{name} makes the step pulses", "one of the others")
-    elif bus.uart and board.spindle_bus and board.spindle_bus.uart == name and chip.target != "host":
-        reason = f"{name} is the UART of the spindle's drive"
-        yield Finding("drivers", ("driver_bus", "uart"), reason, "one of the others")
-    elif bus.uart and board.pendant and board.pendant.uart == name:
-        yield Finding("drivers", ("driver_bus", "uart"), f"{name} is the UART of the pendant", "one of the others")
-    elif bus.spi and board.ethernet and board.ethernet.spi_host == name:
-        yield Finding("drivers", ("driver_bus", "spi"), f"{name} is the controller of the W5500", "one of the others")
-
-
-def _driver(board: BoardFile, name: str, driver: Driver) -> Iterator[Finding]:
-    bus, path = board.driver_bus, ("driver", name)
-    assert bus is not None
-    uart = driver.kind == "tmc2209"
-    if name not in board.axis.motors():
-        second = name.endswith("2")
-        reason = f"the board has no second motor of {name[0]}" if second else f"the board has no axis {name}"
-        table = f"[axis.{name[0]}.second]" if second else f"[axis.{name}]"
-        yield Finding("drivers", path, reason, f"add {table}, or leave this out")
-        return
-    if uart != (bus.uart is not None):
-        reason = f"a {driver.kind.upper()} is reached by {'UART' if uart else 'SPI'}"
-        yield Finding("drivers", (*path, "kind"), reason, "all drivers with registers are on one bus")
-        return
-    if uart and driver.address is None:
-        yield Finding("drivers", path, "the address of this driver is missing", "address = 0 to 3, by its MS1 and MS2")
-    if not uart and bus.cs is None and driver.cs is None:
-        yield Finding("drivers", path, "nothing selects this driver", "cs here, or one for a chain in [driver_bus]")
-    if not uart and bus.cs is not None and (driver.cs is not None or driver.place is None):
-        reason = "a driver of a chain has a place and no select line for itself"
-        yield Finding("drivers", path, reason, "place = 0 for the one next to mosi, and no cs")
-    motor = board.axis.motors()[name]
-    ends = [wire for key in ("limit", "limit_min", "limit_max", "home") if (wire := getattr(motor, key)) is not None]
-    if driver.diag and not ends:
-        reason = "DIAG is to be at a limit input, and this axis has none"
-        yield Finding("drivers", (*path, "diag"), reason, f"add limit to [axis.{name}]")
-    elif driver.diag and all(wire.active == "low" for wire in ends):
-        reason = "DIAG is high in a stall, and this axis' limit is active low"
-        yield Finding("drivers", (*path, "diag"), reason, 'limit = { pin = "...", active = "high", pull = "none" }')
-
-
-def _driver_places(board: BoardFile) -> Iterator[Finding]:
-    """Two drivers in one place, or a hole in the chain."""
-    bus, drivers = board.driver_bus, board.driver.named()
-    assert bus is not None
-    key = "address" if bus.uart else "place"
-    seen: dict[int, str] = {}
-    for name, driver in drivers.items():
-        at = getattr(driver, key)
-        if at is None:
-            continue
-        if at in seen:
-            reason = f"driver.{seen[at]} has {key} {at} too, and both would answer"
-            yield Finding("drivers", ("driver", name, key), reason, f"a {key} that no other driver has")
-        seen[at] = name
-    if bus.cs and seen and max(seen) != len(seen) - 1:
-        reason = f"a chain of {len(seen)} has the places 0 to {len(seen) - 1}"
-        yield Finding("drivers", ("driver", seen[max(seen)], "place"), reason, "count them from mosi on")
-
-
 def _charge_pump(board: BoardFile, chip: Chip) -> Iterator[Finding]:
     hz = board.output.charge_pump_hz
     if board.output.charge_pump is None:
@@ -419,11 +328,28 @@ def _step_engine(board: BoardFile, chip: Chip) -> Iterator[Finding]:
         yield Finding("step-engine", path, reason, hint)
 
 
-def _memory_mode(board: BoardFile, chip: Chip) -> Iterator[Finding]:
-    if board.memory.mode not in chip.memory:
+def _memory(board: BoardFile, chip: Chip) -> Iterator[Finding]:
+    """A wrong one would say that pins of the memory are free."""
+    memory = board.memory
+    if memory.mode not in chip.memory:
         known = "; ".join(f"{mode} = {what}" for mode, what in chip.memory.items())
-        reason = f"{chip.name} has no memory variant {board.memory.mode!r}"
+        reason = f"{chip.name} has no memory variant {memory.mode!r}"
         yield Finding("memory-mode", ("memory", "mode"), reason, known)
+        return
+    for key in ("flash_mb", "psram_mb"):
+        for index, size in enumerate(getattr(memory, key)):
+            sizes = getattr(chip.memory_sizes[memory.mode], key)
+            if size not in sizes:
+                modes = [mode for mode, each in chip.memory_sizes.items() if size in getattr(each, key)]
+                reason = f'{size} MB is none of memory variant "{memory.mode}", which has {_listed(sizes)}'
+                hint = (
+                    f"{size} MB is of {_listed(modes)}" if modes else "take what is printed on the module, such as N8R8"
+                )
+                yield Finding("memory-mode", ("memory", key, index), reason, hint)
+
+
+def _listed(words: Iterable[object]) -> str:
+    return ", ".join(map(str, words))
 
 
 def _spi_host(board: BoardFile, chip: Chip) -> Iterator[Finding]:
@@ -500,28 +426,35 @@ def _deviations(board: BoardFile, chip: Chip) -> Iterator[Finding]:
             yield Finding("stale-deviation", ("deviation", index), reason, "remove it, or correct its key")
 
 
-BOARD_RULES: tuple[BoardRule, ...] = (
-    _used_once,
-    _axes_contiguous,
-    _one_kind_of_limit,
-    _second_switch,
-    _second_motor,
-    _servo,
-    _spindle_bus,
-    _pendant,
-    _dial,
-    _drivers,
-    _charge_pump,
-    _step_engine,
-    shift_registers,
-    _memory_mode,
-    _spi_host,
-    _header_names,
-    _timer,
-    _pulse_timing,
-    _default_pulse,
-    _deviations,
-)
+# And the tables that they read, apart from the place that they name.
+BOARD_RULES: dict[BoardRule, tuple[str, ...]] = {
+    _used_once: (),
+    _axes_contiguous: ("axis",),
+    _one_kind_of_limit: (),
+    _second_switch: ("axis",),
+    _second_motor: ("axis",),
+    _servo: (),
+    _spindle_bus: (),
+    _pendant: ("spindle_bus",),
+    _dial: ("dial", "axis"),
+    drivers: ("driver_bus", "driver", "axis", "spindle_bus", "pendant", "ethernet", "i2so", "step"),
+    _charge_pump: ("output",),
+    _step_engine: ("axis", "led", "timing"),
+    shift_registers: ("step", "i2so", "timing", "ethernet"),
+    _memory: (),
+    _spi_host: (),
+    _header_names: (),
+    _timer: ("timing",),
+    _pulse_timing: ("timing", "step", "i2so"),
+    _default_pulse: ("timing",),
+    _deviations: ("deviation", "axis", "timing", "output", "input"),
+}
+_PIN_TABLES = {
+    "taken": ("memory",),
+    "not-brought-out": ("header", "onboard"),
+    "no-such-pin": ("i2so",),
+    "stale-allow": ("memory", "header", "onboard"),
+}
 
 
 # ---- what would be legal instead -----------------------------------------------------------------------------------

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from wificnc.build.checkout import checkout_root
+from wificnc.build.frames import pc_frame_flags
 from wificnc.build.host import FLAGS, HEADERS, host_sources
 from wificnc.build.lock import build_lock
 from wificnc.build.objects import Unit, compile_stale, failure, is_older, put_in_place
@@ -95,7 +96,10 @@ def compile_for(platform: Platform, sources: Sequence[Path], root: Path) -> tupl
         BuildError: something did not compile.
     """
     folder = root / "build" / "platforms" / platform.name / "obj"
-    units = [Unit(path, folder / path.relative_to(root).with_suffix(".o")) for path in sources]
+    units = [
+        Unit(path, folder / path.relative_to(root).with_suffix(".o"), pc_frame_flags(path, root, family="clang"))
+        for path in sources
+    ]
     flags = [*platform.target_flags, *FLAGS, *platform.system.flags, *RELEASE_FLAGS]
     command = [*zig_cc(), *flags, *(f"-I{root / path}" for path in HEADERS)]
     _, warnings = compile_stale(command, units, f"zig cc for {platform.name}")

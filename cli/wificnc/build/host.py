@@ -17,6 +17,7 @@ from pathlib import Path
 
 from wificnc.build.checkout import checkout_root
 from wificnc.build.compiler import Compiler, compiler_stamp, identify_compiler, locate_compiler
+from wificnc.build.frames import LARGER, PC_FACTOR, pc_frame_flags
 from wificnc.build.lock import build_lock
 from wificnc.build.native import carried_library
 from wificnc.build.objects import Unit, compile_stale, failure, is_older, put_in_place
@@ -53,6 +54,8 @@ VARIANTS: dict[str, tuple[tuple[str, ...], tuple[str, ...]]] = {
     "tsan": (("-O1", "-fno-omit-frame-pointer", "-fsanitize=thread"), ("-fsanitize=thread",)),
 }
 
+SANITIZED = ("asan", "tsan")  # their frames are many times as large (frames.py)
+
 SYSTEM = this_system()
 LIBRARY_NAME = SYSTEM.library
 
@@ -83,7 +86,7 @@ def build_host(variant: str = "release", *, root: Path | None = None) -> HostBui
     library = directory / LIBRARY_NAME
     with build_lock(directory):
         compiler = _compiler(directory, variant)
-        units = _units(root, directory)
+        units = _units(root, directory, family=None if variant in SANITIZED else compiler.family)
         compiled, warnings = _compile_stale(root, compiler, variant, units)
         objects = [unit.object for unit in units]
         if compiled or is_older(library, objects) or _listed(directory) != [str(path) for path in objects]:
@@ -129,9 +132,15 @@ def host_sources(root: Path, system: System = SYSTEM) -> list[Path]:
     return sorted(path for path in sources_of(system, found) if path.name != "main.c")
 
 
-def _units(root: Path, directory: Path) -> list[Unit]:
+def _units(root: Path, directory: Path, family: str | None = None) -> list[Unit]:
+    """Every source and its object. @param family  of the compiler that bounds stack frames; None: nothing does"""
     return [
-        Unit(source, directory / "obj" / source.relative_to(root).with_suffix(".o")) for source in host_sources(root)
+        Unit(
+            source,
+            directory / "obj" / source.relative_to(root).with_suffix(".o"),
+            pc_frame_flags(source, root, family=family or ""),
+        )
+        for source in host_sources(root)
     ]
 
 
@@ -142,6 +151,7 @@ def _compiler(directory: Path, variant: str) -> Compiler:
     stamp = {
         "compiler": compiler_stamp(argv),
         "flags": [*FLAGS, *SYSTEM.flags, *VARIANTS[variant][0], *SYSTEM.link_flags],
+        "frames": [LARGER, PC_FACTOR],
     }
     stored = _load_json(stamp_file)
     if isinstance(stored, dict) and stored.get("stamp") == stamp:

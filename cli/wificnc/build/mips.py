@@ -47,6 +47,11 @@ class MipsCompiler:
     library: tuple[str, ...]  # of the C library
     link: tuple[str, ...]
 
+    @property
+    def family(self) -> str:
+        """As compiler.Compiler has it."""
+        return "gcc" if self.name == "gcc" else "clang"
+
     def own_headers(self) -> list[str]:
         """The compiler's own headers, and none of an operating system."""
         if self.name == "zig":
@@ -88,7 +93,7 @@ def _zig() -> MipsCompiler:
     return MipsCompiler(
         "zig",
         (sys.executable, "-m", "ziglang", "cc"),
-        (*_ZIG_MACHINE, *LANGUAGE, "-fomit-frame-pointer", "-fno-sanitize=all"),
+        (*_ZIG_MACHINE, *LANGUAGE, "-fomit-frame-pointer", "-fno-jump-tables", "-fno-sanitize=all"),
         ("-O2",),
         ("-O2",),
         (),

@@ -18,6 +18,7 @@ from wificnc.board.header import pin_header_text, write_if_changed
 from wificnc.board.model import Board
 from wificnc.build.checkout import checkout_root
 from wificnc.build.compiler import compiler_stamp, identify_compiler
+from wificnc.build.frames import FIRMWARE_BYTES, LARGER, frame_flags, frame_limit
 from wificnc.build.lock import build_lock
 from wificnc.build.mips import Choice, MipsCompiler, find_compiler, include_flags
 from wificnc.build.objects import Unit, compile_stale, failure, is_older
@@ -95,13 +96,13 @@ def _compile_command(root: Path, compiler: MipsCompiler, directory: Path) -> lis
 
 def _unit(root: Path, directory: Path, compiler: MipsCompiler, source: Path) -> Unit:
     name = source.relative_to(root)
-    flags: tuple[str, ...] = ()
+    flags = frame_flags(frame_limit(source, root), family=compiler.family)
     if name.as_posix().startswith(FAST):
-        flags = compiler.fast
+        flags += compiler.fast
     elif name.as_posix().startswith(QUICK):
-        flags = compiler.quick
+        flags += compiler.quick
     elif name.as_posix().startswith(LIBRARY):
-        flags = compiler.library
+        flags += compiler.library
     return Unit(source, directory / "obj" / name.with_suffix(".o"), flags)
 
 
@@ -109,7 +110,7 @@ def _compiler_title(directory: Path, compiler: MipsCompiler) -> str:
     """Who it is; another compiler or other flags make every object stale."""
     stamp_file = directory / "compiler.json"
     flags = [compiler.flags, compiler.fast, compiler.quick, compiler.library, compiler.link]
-    stamp = json.dumps([compiler_stamp(compiler.argv), flags, FAST, QUICK, LIBRARY, PREFIX_MAP])
+    stamp = json.dumps([compiler_stamp(compiler.argv), flags, LARGER, FAST, QUICK, LIBRARY, PREFIX_MAP])
     with suppress(OSError, ValueError, TypeError, KeyError):  # missing or damaged
         stored = read_json(stamp_file)
         if stored["stamp"] == stamp:
@@ -122,8 +123,9 @@ def _compiler_title(directory: Path, compiler: MipsCompiler) -> str:
 
 def _link(root: Path, compiler: MipsCompiler, objects: Sequence[Path], elf: Path, title: str) -> None:
     options = [PREFIX_MAP.format(root=root), f"-Wl,-T,{root / LINKER_SCRIPT}"]
-    if compiler.name == "gcc":  # zig writes none
+    if compiler.name == "gcc":  # zig writes no map, and makes no code here
         options.append(f"-Wl,-Map,{elf.with_suffix('.map')}")
+        options += frame_flags(FIRMWARE_BYTES, family=compiler.family)
     command = [*compiler.argv, *compiler.link, *options, "-o", str(elf), *map(str, objects)]
     run = subprocess.run(
         command, cwd=root, capture_output=True, text=True, encoding="utf-8", errors="replace", stdin=subprocess.DEVNULL

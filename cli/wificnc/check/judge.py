@@ -9,6 +9,7 @@ from itertools import groupby
 
 from wificnc.check.arcs import arc_hint
 from wificnc.check.finding import Finding, Severity
+from wificnc.job.ending import Ending
 from wificnc.sim.job import LineError, SimResult, ToolChange
 from wificnc.sim.native import AXES, SurveyArc, SurveyLine
 from wificnc.sim.report import laser_warning
@@ -154,9 +155,11 @@ def _time(rows: Iterable[SurveyLine]) -> float:
     return float(sum(row.time_s for row in rows))
 
 
-def remarks(warnings: Iterable[str], program: bytes) -> Iterator[Finding]:
+def remarks(result: SimResult, program: bytes) -> Iterator[Finding]:
     """What the controller said by the way."""
-    for text in warnings:
+    for text in result.warnings:
+        if text == result.ending.words:
+            continue  # unrun()
         if CLAMPED.match(text):
             yield Finding(
                 "step-rate", Severity.WARNING, 0, 0, text, "use less microstepping, or a board with a higher step rate"
@@ -166,6 +169,12 @@ def remarks(warnings: Iterable[str], program: bytes) -> Iterator[Finding]:
             yield Finding("coolant", Severity.WARNING, line, line, text, NO_COOLANT_HINT)
         else:
             yield Finding("message", Severity.NOTE, 0, 0, text)
+
+
+def unrun(ending: Ending, file_lines: int) -> Iterator[Finding]:
+    """What stands after the program's end in the file."""
+    if ending.unrun:
+        yield Finding("not-run", Severity.WARNING, ending.first, file_lines, ending.words, ending.hint)
 
 
 def tool_changes(changes: Iterable[ToolChange]) -> Iterator[Finding]:

@@ -114,7 +114,8 @@ def _findings(
     else:
         found += judge.machine_moves(text)
     found += [*judge.slow(rows), *judge.laser(result)]
-    return [*found, *judge.tool_changes(result.tool_changes), *judge.remarks(result.warnings, text)]
+    found += judge.unrun(result.ending, result.lines)
+    return [*found, *judge.tool_changes(result.tool_changes), *judge.remarks(result, text)]
 
 
 def _extents(result: SimResult, machine: Machine) -> list[judge.Extent]:

@@ -48,6 +48,10 @@ def locate(findings: Iterable[Finding], source: TomlFile) -> list[Problem]:
         Problem(source.path, source.line(found.path), found.rule, key_text(found.path), found.reason, found.hint)
         for found in findings
     ]
+    return by_line(problems)
+
+
+def by_line(problems: Iterable[Problem]) -> list[Problem]:
     return sorted(problems, key=lambda problem: problem.line)
 
 
@@ -94,7 +98,7 @@ def _written_as(model: type[BaseModel], loc: KeyPath) -> str:
     """What belongs at this place of a file, as its model says it."""
     here: Any = model
     for part in loc:
-        here = _step(here, part)
+        here = step_type(here, part)
     return str(getattr(here, "written_as", "a table"))
 
 
@@ -102,25 +106,25 @@ def _keys_at(model: type[BaseModel], loc: KeyPath) -> list[str]:
     """The keys the model knows at this place."""
     here: Any = model
     for part in loc:
-        here = _step(here, part)
+        here = step_type(here, part)
     if isinstance(here, type) and issubclass(here, BaseModel):
         return [field.alias or name for name, field in here.model_fields.items()]
     return []
 
 
-def _step(annotation: Any, part: str | int) -> Any:
+def step_type(annotation: Any, part: str | int) -> Any:
     """The type of one key or element inside a type."""
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         names = {field.alias or name: field.annotation for name, field in annotation.model_fields.items()}
-        return _bare(names.get(str(part)))
+        return bare_type(names.get(str(part)))
     arguments = typing.get_args(annotation)
-    return _bare(arguments[-1 if isinstance(part, str) else 0]) if arguments else None
+    return bare_type(arguments[-1 if isinstance(part, str) else 0]) if arguments else None
 
 
-def _bare(annotation: Any) -> Any:
+def bare_type(annotation: Any) -> Any:
     """Without Annotated[...] and `| None`."""
     while typing.get_origin(annotation) is Annotated:
         annotation = typing.get_args(annotation)[0]
     if typing.get_origin(annotation) in (Union, types.UnionType):
-        return _bare(next(part for part in typing.get_args(annotation) if part is not type(None)))
+        return bare_type(next(part for part in typing.get_args(annotation) if part is not type(None)))
     return annotation

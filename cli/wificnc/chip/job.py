@@ -99,10 +99,10 @@ def run_on_chip(
 def _lines(file: Path) -> tuple[list[str], Sequence[int]]:
     """What goes over the wire, as `wificnc send` makes it, and which line of the file each is. Raises JobError."""
     text = read_job(file)
-    may_jump = read_program(file.name, text).may_jump  # refuses what `wificnc send` refuses
-    library = load_expand(ensure_host_library()) if may_jump else None
+    program = read_program(file.name, text)  # refuses what `wificnc send` refuses
+    library = load_expand(ensure_host_library()) if program.may_jump else None
     if library is None or not needs_expansion(library, text):
-        lines = [_wire(line) for line in split_lines(simulated_text(text)[0])]
+        lines = [_wire(line) for line in split_lines(simulated_text(text)[0])[: program.ending.line or None]]
         return lines, range(1, len(lines) + 1)
     expanded = expand(library, file.name, text, Start.AT_ZERO)
     return [_wire(line) for line in expanded.text.splitlines()], expanded.numbers

@@ -36,6 +36,8 @@ def command(file: Path, output: Path, at_zero: bool, number: bool, max_lines: in
     expanded = expand(library, file.name, data, start, max_lines)
     text = commented_text(file.name, data, expanded, number)
     write_output("--output", output, text)
+    if words := expanded.ending.words:
+        ui.warn(f"{file.name}: {words}", expanded.ending.hint)
     if output != STDOUT:
         ui.note(f"wrote {output}: {len(expanded.numbers):,} lines")
 

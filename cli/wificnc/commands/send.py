@@ -83,11 +83,14 @@ def command(
     options = SendOptions(file, from_line, approach, yes, keep_going, dry_run, number)
     program = job_program(file.name, read_job(file), max_lines)
     check_resume(program, from_line)
+    show_ending(file.name, program)
     with connected(target) as client:
         outcome, restart = send(client, program, options)
     show(file.name, outcome, restart)
+    if outcome.complete:
+        show_ending(file.name, program)
     if as_json:
-        ui.emit_json(outcome_json(str(file), outcome))
+        ui.emit_json({**outcome_json(str(file), outcome), "lines_not_run": program.ending.unrun})
     ctx.exit(exit_code(outcome))
 
 
@@ -103,9 +106,14 @@ def job_program(name: str, data: bytes, lines_max: int) -> Program:
         return source
     library = load_expand(ensure_host_library())
     if not needs_expansion(library, data):
-        return source
-    expanded = expand(library, name, data, Start.ANYWHERE, lines_max)
-    return expanded_program(name, source, data, expanded.text, expanded.numbers)
+        return read_program(name, data, jumps=False)
+    return expanded_program(name, source, data, expand(library, name, data, Start.ANYWHERE, lines_max))
+
+
+def show_ending(file: str, program: Program) -> None:
+    """What follows the program in its file is not sent: before the job, and after it."""
+    if words := program.ending.words:
+        ui.warn(f"{file}: {words}", program.ending.hint)
 
 
 def check_resume(program: Program, from_line: int | None) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -19,8 +20,12 @@ _OTHER_MOTORS = {
     "dynamixel2": "a Dynamixel servo as a motor",
     "unipolar": "a unipolar motor without a driver of step and direction",
 }
-# Defaults of FluidNC, where a configuration leaves them out.
-_STEPS, _RATE, _ACCELERATION = 80.0, 1000.0, 25.0
+# Ours with mm or deg in place, and FluidNC's default, where a configuration leaves them out.
+_NUMBERS = {
+    "steps_per_mm": ("steps_per_{}", 80.0),
+    "max_rate_mm_per_min": ("max_rate_{}_min", 1000.0),
+    "acceleration_mm_per_sec2": ("acceleration_{}_s2", 25.0),
+}
 
 
 @dataclass
@@ -38,13 +43,14 @@ class AxisFacts:
     pull_off: list[float] = field(default_factory=list)
     soft: bool = False
     hard: list[bool] = field(default_factory=list)
-    drivers: list[DriverFacts] = field(default_factory=list)  # with registers
+    drivers: list[DriverFacts] = field(default_factory=list)  # of the motors, in their order
+    undriven: list[str] = field(default_factory=list)  # motors of kinds that we do not drive
 
 
 def read_axes(axes: Section, remarks: Remarks) -> list[AxisFacts]:
     """The axes with a motor that we drive, from X on without a gap."""
     found: list[AxisFacts] = []
-    for index, letter in enumerate(AXES):
+    for letter in AXES:
         name = letter.lower()
         if name not in axes.sections:
             continue
@@ -52,24 +58,29 @@ def read_axes(axes: Section, remarks: Remarks) -> list[AxisFacts]:
         facts = _read_axis(letter, part, remarks)
         if not facts.motors:
             remarks.lost(part.path, part.line, f"{letter} has no motor with step and direction: the axis is left out")
-        elif len(found) < index:
-            why = f"{letter} follows an axis that is not there: axes count from X on without a gap"
-            remarks.lost(part.path, part.line, why)
         else:
             found.append(facts)
     axes.skip("homing_runs")
+    return without_gaps(found, remarks)
+
+
+def without_gaps(axes: Sequence[AxisFacts], remarks: Remarks) -> list[AxisFacts]:
+    """From X on, up to the first axis that is missing."""
+    found: list[AxisFacts] = []
+    for facts in axes:
+        if facts.letter == AXES[len(found)]:
+            found.append(facts)
+        else:
+            why = f"{facts.letter} follows an axis that is not there: axes count from X on without a gap"
+            remarks.lost(f"axes.{facts.letter.lower()}", facts.line, why)
     return found
 
 
 def _read_axis(letter: str, part: Section, remarks: Remarks) -> AxisFacts:
     facts = AxisFacts(letter, part.line)
     unit = "mm" if letter in LINEAR else "deg"
-    names = {"steps": "steps_per_mm", "rate": "max_rate_mm_per_min", "acceleration": "acceleration_mm_per_sec2"}
-    numbers = {key: part.number(name) for key, name in names.items()}
     facts.profile = {
-        f"steps_per_{unit}": numbers["steps"] or _STEPS,
-        f"max_rate_{unit}_min": numbers["rate"] or _RATE,
-        f"acceleration_{unit}_s2": numbers["acceleration"] or _ACCELERATION,
+        ours.format(unit): part.positive(name, default, remarks) for name, (ours, default) in _NUMBERS.items()
     }
     travel = part.number("max_travel_mm")
     if travel is not None:
@@ -131,6 +142,7 @@ def _driver(facts: AxisFacts, part: Section, remarks: Remarks) -> dict[str, Any]
             return _step_and_direction(facts, part.section(name), name, remarks)
         elif name in _OTHER_MOTORS:
             part.skip(name)
+            facts.undriven.append(section.path)
             remarks.lost(section.path, section.line, _OTHER_MOTORS[name])
     return None
 
@@ -138,18 +150,16 @@ def _driver(facts: AxisFacts, part: Section, remarks: Remarks) -> dict[str, Any]
 def _step_and_direction(facts: AxisFacts, driver: Section, kind: str, remarks: Remarks) -> dict[str, Any] | None:
     step, direction = take_pin(driver, "step_pin", remarks), take_pin(driver, "direction_pin", remarks)
     disable = take_pin(driver, "disable_pin", remarks)
-    if kind.startswith("tmc_"):
-        registers = read_driver(driver, kind, remarks)
-        if registers is not None and step is not None and direction is not None:
-            facts.drivers.append(registers)
-    for name in ("ms1_pin", "ms2_pin", "ms3_pin", "reset_pin"):
-        if driver.take(name) is not None:
-            why = "sets the driver's microsteps or wakes it up, and no output of ours is fixed at a level: wire it"
-            remarks.lost(f"{driver.path}.{name}", driver.line_of(name), why)
+    registers = read_driver(driver, kind, remarks)
+    for name in registers.mode_pins:
+        why = "sets the driver's microsteps or wakes it up, and no output of ours is fixed at a level: wire it"
+        remarks.lost(f"{driver.path}.{name}", driver.line_of(name), why)
     if step is None or direction is None:
         if not driver.is_empty():
+            facts.undriven.append(driver.path)
             remarks.lost(driver.path, driver.line, "has no step or no direction pin")
         return None
+    facts.drivers.append(registers)
     wires = {
         "step": step.output(),
         "dir": {"pin": direction.name, "active": "high"},

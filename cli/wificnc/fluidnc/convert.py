@@ -11,8 +11,10 @@ from wificnc.board.chip import Chip, load_chips
 from wificnc.board.rules import SPREAD_NS
 from wificnc.checked.problem import FileProblems, Finding, Problem
 from wificnc.fluidnc.axes import AxisFacts, read_axes, shared_enable
-from wificnc.fluidnc.drivers import take_drivers
+from wificnc.fluidnc.chip import chip_of, wired_pins
+from wificnc.fluidnc.drivers import driver_tables, reach_drivers
 from wificnc.fluidnc.fit import fit_board
+from wificnc.fluidnc.gantry import driven_axes, gantry_problems
 from wificnc.fluidnc.inputs import InputFacts, read_inputs
 from wificnc.fluidnc.pins import take_pin
 from wificnc.fluidnc.profile import profile_data
@@ -28,8 +30,6 @@ _PULSE_US_MAX, _DIR_US_MAX = 255, 50  # of [timing] in a board file
 _SPI_RATE_HZ = 160_000  # of boards/esp32s3-devkitc-shift.toml
 _WORD_NS, _SHIFTED_OUTPUTS = 2_000, 32  # of the ESP32's I2S peripheral; of shift registers
 _ENGINES = {"rmt": "rmt", "i2s_static": "i2s", "i2s_stream": "i2s", "timed": "gpio"}
-_S3_ONLY = {f"GPIO{number}" for number in (20, *range(40, 49))}
-_S3_OUTPUTS = {f"GPIO{number}" for number in range(34, 40)}  # input only on the ESP32
 _MEMORY = {
     "esp32": {"mode": "flash", "flash_mb": [4, 8, 16], "psram_mb": [0]},
     "esp32s3": {"mode": "quad", "flash_mb": [4, 8, 16], "psram_mb": [0, 2]},
@@ -40,13 +40,13 @@ _NOT_HERE = {
     "sdcard": "no SD card: programs come over USB, the network or from the page",
     "oled": "no display; the page and the status light show the state",
     "i2c": "no I2C bus",
-    "uart": "no second serial port for a display, a pendant or a driver chip",
+    "uart": "displays and pendants are not taken; a pendant goes into [pendant] by hand (docs/pendant.md)",
     "macros": "no macros: $N0 and $N1 run lines at start, buttons are those of the sender",
-    "parking": "no parking after a door or an alarm",
+    "parking": "Z goes up at the door or in a hold by $42, $58 and $59 here, which are not taken (docs/tool-change.md)",
     "status_outputs": "no outputs that show the state; there is a status light",
     "extenders": "no expanders for pins",
-    "atc": "no tool changer",
-    "ethernet": "an Ethernet chip of another kind: only a W5500 is known here",
+    "atc": "tools are changed by hand with $341, which is not taken (docs/tool-change.md)",
+    "ethernet": "not taken: a W5500 goes into [ethernet] by hand (boards/README.md)",
 }
 # What says nothing that a controller of ours could do otherwise.
 _QUIET = (
@@ -88,18 +88,23 @@ def import_fluidnc(path: Path, chip: str | None = None) -> Imported:
     """
     root, remarks = read_fluidnc(path), Remarks()
     axes = read_axes(root.section("axes"), remarks)
+    bus = reach_drivers(root, axes, remarks)
+    problems = gantry_problems(path, axes)
+    if problems:
+        raise FileProblems(problems)
+    axes = driven_axes(axes, remarks)
     if not axes:
-        reason = "; ".join(["has no axis with a motor of step and direction", *map(str, remarks.found)])
+        reason = "; ".join(["has no axis with a motor that we drive", *map(str, remarks.found)])
         raise FileProblems([Problem(path, root.line_of("axes"), "no-axis", "axes", reason)])
     enable = shared_enable(root.section("axes"), remarks)
-    drivers = take_drivers(root, axes, remarks)
+    drivers = driver_tables(bus, axes, remarks)
     spindles, inputs = read_spindles(root, remarks), read_inputs(root, remarks)
     machine = profile_data(root, axes, spindles.spindle, spindles.coolant, remarks)
     outputs = {"enable": enable} if enable else {}
     outputs |= spindles.outputs
     board = _board_data(path, root, axes, outputs, inputs, remarks)
     board |= drivers | ({"spindle_bus": spindles.bus} if spindles.bus else {})
-    board["chip"] = chip or _chip_of(board)
+    board["chip"] = chip or chip_of(board, path)
     board["memory"] = _memory_of(board, remarks)
     board["timing"] = _timing(
         root.section("stepping"), board.get("step", {}).get("engine", "gpio"), _chip(board), remarks
@@ -156,7 +161,10 @@ def _engine(root: Section, remarks: Remarks) -> str:
 
 def _bus(i2so: Section, remarks: Remarks) -> dict[str, Any] | None:
     """[i2so], the wiring of shift registers."""
-    i2so.skip("min_pulse_us", "oe_pin")
+    i2so.skip("min_pulse_us")
+    if i2so.take("oe_pin") is not None:
+        why = "switches the registers' outputs on, and no output of ours is fixed at a level: wire OE to ground"
+        remarks.lost("i2so.oe_pin", i2so.line_of("oe_pin"), why)
     pins = {name: take_pin(i2so, f"{name}_pin", remarks) for name in ("bck", "data", "ws")}
     wires = {name: pin.output() for name, pin in pins.items() if pin}
     return {**wires, "outputs": _SHIFTED_OUTPUTS} if len(wires) == len(pins) else None
@@ -191,27 +199,12 @@ def _rate_hz(engine: str) -> int:
     return _SPI_RATE_HZ if engine == "spi" else _RATE_HZ
 
 
-def _chip_of(board: dict[str, Any]) -> str:
-    pins, driven = set(_pins(board)), set(_pins({**board, "input": {}}, outputs=True))
-    return "esp32s3" if pins & _S3_ONLY or driven & _S3_OUTPUTS else "esp32"
-
-
 def _memory_of(board: dict[str, Any], remarks: Remarks) -> dict[str, Any]:
-    if board["chip"] != "esp32s3" or _S3_PSRAM_PIN not in _pins(board):
+    if board["chip"] != "esp32s3" or _S3_PSRAM_PIN not in wired_pins(board):
         return dict(_MEMORY[board["chip"]])
     why = f"{_S3_PSRAM_PIN} is the chip select of a PSRAM where a module has one: this board has none"
     remarks.changed("memory.mode", 0, why)
     return dict(_S3_BARE)
-
-
-def _pins(part: Any, outputs: bool = False) -> list[str]:
-    if isinstance(part, list):
-        return [pin for item in part for pin in _pins(item, outputs)]
-    if not isinstance(part, dict):
-        return []
-    if "pin" in part:
-        return [] if outputs and "pull" in part else [part["pin"]]
-    return [pin for item in part.values() for pin in _pins(item, outputs)]
 
 
 def _list_left(root: Section, remarks: Remarks) -> None:

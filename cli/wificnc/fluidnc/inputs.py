@@ -76,7 +76,8 @@ def _read_stops(control: Section, facts: InputFacts, remarks: Remarks) -> None:
             continue
         facts.inputs["estop"] = pin.input()
         if name == "reset_pin":
-            remarks.changed("control.reset_pin", control.line_of(name), "is the e-stop here: alarm, position kept")
+            why = "is the e-stop here: alarm 50, and the position is lost if it stops a motion"
+            remarks.changed("control.reset_pin", control.line_of(name), why)
 
 
 def _add_fault(pin: Pin, line: int, facts: InputFacts, remarks: Remarks) -> None:

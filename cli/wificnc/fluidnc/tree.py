@@ -16,6 +16,7 @@ import yaml
 
 from wificnc.checked.bounded import SMALL_MAX, read_text
 from wificnc.checked.problem import FileProblems, Problem
+from wificnc.fluidnc.remarks import Remarks
 
 _LINE = re.compile(r"^(?P<indent>\s*)(?P<key>[A-Za-z0-9_ ]+?)\s*:(?P<value>.*)$")
 _COMMENT = re.compile(r"(^|\s)#.*$")
@@ -90,6 +91,18 @@ class Section:
             return int(number or 0)
         self._taken.discard(name)
         return 0
+
+    def positive(self, name: str, default: float, remarks: Remarks) -> float:
+        """A number above 0. Where it is missing FluidNC has the default; where it is none, that is a remark."""
+        number = self.number(name)
+        if number is not None and number > 0:
+            return number
+        text = self.take(name)
+        if text is not None:
+            why = f"{text!r} is not understood" if number is None else f"{text} is no value for it, which is above 0"
+            why += f": {default:g}, FluidNC's default, is taken; set the right one before the first move"
+            remarks.lost(f"{self.path}.{name}".strip("."), self.line_of(name), why)
+        return default
 
     def flag(self, name: str) -> bool:
         return (self.take(name) or "").lower() in ("true", "1", "yes", "on")

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import ctypes
 from ctypes import POINTER, c_char_p, c_int, c_size_t, c_uint32, c_void_p
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import IntEnum
 from pathlib import Path
 
 from wificnc.errors import BuildError, JobError
+from wificnc.job.ending import Ending
+from wificnc.job.native import ProgramEnd
 from wificnc.link.words import ERRORS
 
 LINES_MAX = 1_000_000  # executed lines, before a program counts as endless
@@ -34,6 +36,7 @@ class Expanded:
 
     text: bytes  # plain lines, each with its LF
     numbers: tuple[int, ...]  # of the file, 1-based: where each line came from
+    ending: Ending = field(default_factory=Ending)  # what of the file is not run
 
 
 def expand(library: ctypes.CDLL, name: str, text: bytes, start: Start, lines_max: int = LINES_MAX) -> Expanded:
@@ -53,7 +56,8 @@ def expand(library: ctypes.CDLL, name: str, text: bytes, start: Start, lines_max
         numbers = POINTER(c_uint32)()
         data = library.expand_text(handle, ctypes.byref(size))
         count = library.expand_lines(handle, ctypes.byref(numbers))
-        return Expanded(ctypes.string_at(data, size.value) if size.value else b"", tuple(numbers[:count]))
+        text = ctypes.string_at(data, size.value) if size.value else b""
+        return Expanded(text, tuple(numbers[:count]), library.expand_end(handle).contents.ending)
     finally:
         library.expand_destroy(handle)
 
@@ -72,6 +76,7 @@ def load_expand(path: Path) -> ctypes.CDLL:
         "expand_error_line": (c_uint32, (c_void_p,)),
         "expand_text": (c_void_p, (c_void_p, POINTER(c_size_t))),
         "expand_lines": (c_size_t, (c_void_p, POINTER(POINTER(c_uint32)))),
+        "expand_end": (POINTER(ProgramEnd), (c_void_p,)),
         "expand_is_needed": (c_int, (c_char_p, c_size_t)),
     }
     try:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Sequence
-from ctypes import c_char_p, c_double, c_int, c_int16, c_int32, c_size_t, c_uint8, c_void_p
+from ctypes import c_char_p, c_double, c_int, c_int16, c_int32, c_size_t, c_uint8, c_uint32, c_void_p
 from dataclasses import dataclass
 from pathlib import Path
 
 from wificnc.errors import BuildError
+from wificnc.job.ending import Ending
 
 AXES = "XYZABC"
 _Axes = c_double * len(AXES)
@@ -40,6 +41,20 @@ class _State(ctypes.Structure):
         ("moved", c_uint8),
         ("stored", c_uint8),
     )
+
+
+class ProgramEnd(ctypes.Structure):
+    """struct program_end"""
+
+    _fields_ = (
+        *((name, c_uint32) for name in ("line", "unrun", "first", "second", "mark")),
+        ("has_code", c_uint8),
+        ("is_open", c_uint8),
+    )
+
+    @property
+    def ending(self) -> Ending:
+        return Ending(self.line, self.unrun, self.first, self.second)
 
 
 def g_word(times_ten: int) -> str:

@@ -10,16 +10,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 from wificnc.errors import JobError
+from wificnc.job.ending import MARK, Ending
+from wificnc.job.expand import Expanded
 from wificnc.link.typed import NOT_IN_A_COMMENT, kept_comment
 
 WORD = re.compile(r"([A-Z])([-+]?[0-9]*\.?[0-9]*)")
 CODE_CHARACTERS = frozenset(range(0x21, 0x7F)) - set(b"!?~")
-# The ends of a tape and the number of the program (core/gcode/parse.c): not every controller takes them.
-MARK = re.compile(rb"%.*|N[0-9]+%|(?:N[0-9]+)?[O:][0-9]+", re.DOTALL)
-O_LINE = re.compile(r"(?:N[0-9]+)?O")  # may be one with an O word
+O_LINE = re.compile(rb"(?:N[0-9]+)?O")  # may be one with an O word
 OWN_NUMBER = re.compile(r"(?:^|(?<=[0-9.]))N[0-9.]+")
 # $ lines that end a job, or take from it that it moves: (what the line begins with, why it is refused)
 NOT_IN_A_JOB = {
@@ -63,12 +63,13 @@ class Program:
     lines: tuple[JobLine, ...]
     file_lines: int
     mark_lines: int  # % and program numbers: not sent
+    ending: Ending = field(default_factory=Ending)  # what of the file is not run
     expanded: bool = False  # a line of the file may come several times, and others not at all
 
     @property
     def may_jump(self) -> bool:
         """It may have O words."""
-        return any(O_LINE.match(line.code) for line in self.lines)
+        return any(O_LINE.match(line.wire) for line in self.lines)
 
     @property
     def computes(self) -> bool:
@@ -115,8 +116,11 @@ def code_of(line: bytes) -> bytes:
     return bytes(kept).upper()
 
 
-def read_program(name: str, data: bytes) -> Program:
-    """The lines of a job.
+def read_program(name: str, data: bytes, jumps: bool | None = None) -> Program:
+    """The lines of a job, up to its end.
+
+    Args:
+        jumps: it has O words, so M2 and M30 end it where they are executed, and not where they stand; None: look.
 
     Raises:
         JobError: code holds bytes that a controller takes for real-time commands, a $ line that no job may have, or
@@ -124,27 +128,42 @@ def read_program(name: str, data: bytes) -> Program:
     """
     lines: list[JobLine] = []
     faults: list[str] = []
-    marks = 0
     raw_lines = split_lines(data)
-    for number, raw in enumerate(raw_lines, 1):
-        code = code_of(raw)
+    codes = [code_of(raw) for raw in raw_lines]
+    if jumps is None:
+        jumps = any(O_LINE.match(code) and not MARK.fullmatch(code) for code in codes)
+    ending = Ending()
+    marks = 0
+    for number, (raw, code) in enumerate(zip(raw_lines, codes, strict=True), 1):
+        runs = ending.take(code, number, not jumps)
         if MARK.fullmatch(code):
             marks += 1
-        elif bad := [byte for byte in code if byte not in CODE_CHARACTERS]:
-            faults.append(f"{name}:{number}: {_byte_name(bad[0])} is not G-code: {printable(raw)}")
-        elif why := why_not_in_a_job(code):
-            faults.append(f"{name}:{number}: {why}")
-        elif code:
-            comment = kept_comment(raw.decode("utf-8", "replace"), code.decode("ascii")).encode("ascii", "replace")
-            if fault := _comment_fault(code, comment):
-                faults.append(f"{name}:{number}: {fault}: {printable(raw)}")
-            lines.append(JobLine(number, printable(raw), code + b"\n", comment))
+        elif runs and code:
+            line = JobLine(number, printable(raw), code + b"\n", _comment(raw, code))
+            faults += [f"{name}:{number}: {fault}" for fault in [_fault(raw, line)] if fault]
+            lines.append(line)
     if faults:
         more = [f"and {len(faults) - FAULTS_SHOWN} more lines like these"] if len(faults) > FAULTS_SHOWN else []
         raise JobError("\n".join([*faults[:FAULTS_SHOWN], *more]), hint="nothing was executed; correct the file first")
     if not lines:
         raise JobError(f"{name} has no G-code")
-    return Program(tuple(lines), len(raw_lines), marks)
+    return Program(tuple(lines), len(raw_lines), marks, ending)
+
+
+def _comment(raw: bytes, code: bytes) -> bytes:
+    """What the controller keeps or shows of the comments of a line."""
+    return kept_comment(raw.decode("utf-8", "replace"), code.decode("ascii", "replace")).encode("ascii", "replace")
+
+
+def _fault(raw: bytes, line: JobLine) -> str:
+    """Why a line cannot be sent, or ""."""
+    code = line.wire.rstrip(b"\n")
+    if bad := [byte for byte in code if byte not in CODE_CHARACTERS]:
+        return f"{_byte_name(bad[0])} is not G-code: {printable(raw)}"
+    if why := why_not_in_a_job(code):
+        return why
+    fault = _comment_fault(code, line.comment)
+    return f"{fault}: {printable(raw)}" if fault else ""
 
 
 def _comment_fault(code: bytes, comment: bytes) -> str:
@@ -162,12 +181,13 @@ def why_not_in_a_job(code: bytes) -> str:
     return ""
 
 
-def expanded_program(name: str, source: Program, data: bytes, text: bytes, numbers: Sequence[int]) -> Program:
-    """The plain lines that a program executes (wificnc.job.expand), with the numbers of the lines they came from.
+def expanded_program(name: str, source: Program, data: bytes, done: Expanded) -> Program:
+    """The plain lines that a program executes, with the numbers of the lines they came from.
 
     Raises:
         JobError: there are none, or a tool's text cannot be sent.
     """
+    text, numbers = done.text, done.numbers
     if not numbers:
         raise JobError(f"{name} executes no lines")
     lines = tuple(
@@ -176,7 +196,7 @@ def expanded_program(name: str, source: Program, data: bytes, text: bytes, numbe
             numbers, text.splitlines(), expanded_comments(name, data, text, numbers), strict=True
         )
     )
-    return replace(source, lines=lines, expanded=True)
+    return replace(source, lines=lines, expanded=True, ending=done.ending)
 
 
 def expanded_comments(name: str, data: bytes, text: bytes, numbers: Sequence[int]) -> list[bytes]:

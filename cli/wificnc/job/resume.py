@@ -117,7 +117,8 @@ def plan_resume(
     rest = [job_line for job_line in program.lines if job_line.number >= line]
     if not 1 <= line <= program.file_lines or not rest:
         last = program.lines[-1].number
-        raise JobError(f"nothing to send from line {line}: the last line with code is {last}")
+        why = program.ending.words or f"the last line with code is {last}"
+        raise JobError(f"nothing to send from line {line}: {why}", hint=program.ending.hint)
     known = _known_state(library, before, facts)
     preamble = _preamble(known, facts, approach or Approach())
     _check(library, known, preamble, facts)

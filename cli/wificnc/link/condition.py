@@ -16,6 +16,7 @@ from wificnc.link.words import NEEDS_RESET
 BY_ALARM = re.compile(r"Locked by ALARM:(\d+): (.*)")
 TOOL_CHANGE = re.compile(r"Tool change: T(\d+)(?: .*)?")
 DAMAGED = "Stored data is damaged"
+RESTARTED = re.compile(r"Restarted by (.*)")
 SENDER_LOST = "Sender lost: feed hold"
 PRESSED = "release the emergency stop"
 
@@ -107,6 +108,9 @@ def _locked(notices: list[str]) -> Condition:
     for notice in notices:
         if notice.startswith(DAMAGED):
             return Condition(notice.partition(". Check")[0].replace("Stored", "stored", 1), ACKNOWLEDGE)
+        if restarted := RESTARTED.fullmatch(notice):
+            why = f"the controller restarted by itself ({restarted[1]}): its position is lost"
+            return Condition(why, f"check the machine, then {HOME_OR_UNLOCK}")
         if by_alarm := BY_ALARM.fullmatch(notice):
             return of_alarm(int(by_alarm[1]), by_alarm[2])
         if found := LOCKS.get(notice.partition(":")[0]):

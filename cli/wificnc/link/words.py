@@ -126,7 +126,8 @@ ALARMS: dict[int, str] = {
     53: "the spindle's drive does not answer: check that it is at rest, its power and cable, then reset",
     54: "a motor driver or servo reports a fault ($744); the position is lost: correct it, reset and home again",
     55: "stored data is damaged; check $$ $# $N, then send $ACK",
-    56: "the controller keeps the machine stopped: a message says whether for a firmware update or until a restart",
+    56: "the controller has restarted by itself ($I shows the cause); the position is lost, home again or send $X",
+    57: "the controller keeps the machine stopped: a message says whether for a firmware update or until a restart",
 }
 
-NEEDS_RESET = (1, 2, 50, 51, 52, 53, 54, 56)  # only a reset leads on
+NEEDS_RESET = (1, 2, 50, 51, 52, 53, 54, 57)  # only a reset leads on

@@ -5,11 +5,12 @@ from __future__ import annotations
 import ctypes
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import astuple, dataclass
+from dataclasses import astuple, dataclass, field
 from pathlib import Path
 
 from wificnc.checked.bounded import JOB_MAX, read_bytes
 from wificnc.errors import JobError, UserError
+from wificnc.job.ending import Ending
 from wificnc.job.program import code_of
 from wificnc.link.alarms import alarm_words
 from wificnc.sim.look import SAMPLE_MS
@@ -186,6 +187,7 @@ class SimResult:
     warnings: tuple[str, ...]
     travel_mm: tuple[float | None, ...]
     samples: bytes  # records of native.SAMPLE_DTYPE
+    ending: Ending = field(default_factory=Ending)  # what of the file was not run
     engraving: Engraving | None = None  # None: no beam was on
     tool_changes: tuple[ToolChange, ...] = ()
     events: tuple[SimEvent, ...] = ()
@@ -299,6 +301,7 @@ def _result(sim: Simulation, request: JobRequest, left_out: tuple[str, ...]) -> 
         warnings=(*left_out, *_remarks(sim, native), *_travel_warnings(axes, min_mm, max_mm, request.travel_mm)),
         travel_mm=request.travel_mm,
         samples=sim.samples(),
+        ending=native.program_end.ending,
         engraving=_engraving(sim),
         tool_changes=tuple(ToolChange(change.t_s, change.line, change.tool) for change in sim.tool_changes()),
         survey_lines=tuple(sim.survey_lines()),
@@ -376,6 +379,8 @@ def printable(text: bytes) -> str:
 
 def _remarks(sim: Simulation, native: NativeResult) -> list[str]:
     found = [message[5:-1] for message in sim.messages() if not message.startswith(CHATTER)]
+    if words := native.program_end.ending.words:
+        found.append(words)
     if native.percent_lines:
         found.append(f"{_count(native.percent_lines, 'line')} with % skipped: they are for the sender")
     if native.pauses:

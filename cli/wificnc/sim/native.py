@@ -27,6 +27,7 @@ from pathlib import Path
 from typing import Any
 
 from wificnc.errors import BuildError
+from wificnc.job.native import ProgramEnd
 
 AXES = "XYZABC"
 AXIS_COUNT = len(AXES)
@@ -85,6 +86,8 @@ class HostBoard(Structure):
         ("pump_ticks_max", c_uint32),
         ("driver", c_uint32 * 12),
         ("dial", c_uint8),
+        ("restart", c_uint8),
+        ("restart_address", c_uint32),
     )
 
 
@@ -162,6 +165,7 @@ class NativeResult(Structure):
         ("rapid_ticks", c_uint64),
         ("lines", c_uint64),
         ("percent_lines", c_uint64),
+        ("program_end", ProgramEnd),
         ("pauses", c_uint64),
         ("steps_total", c_int64 * AXIS_COUNT),
         ("position_steps", c_int32 * AXIS_COUNT),

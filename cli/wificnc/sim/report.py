@@ -26,6 +26,7 @@ def report_json(result: SimResult) -> dict[str, Any]:
     return {
         "file": result.file,
         "lines": result.lines,
+        "lines_not_run": result.ending.unrun,
         "blocks": result.blocks,
         "segments": result.segments,
         "steps_per_axis": by_axis(result.steps_per_axis),

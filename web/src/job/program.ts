@@ -4,6 +4,7 @@
  */
 import { keptComment } from "../link/line";
 import { t } from "../words";
+import { EndReader, isMark, type Ending } from "./ending";
 
 export interface JobLine {
   /** 1-based in the file. */
@@ -21,6 +22,8 @@ export interface Program {
   source: string;
   lines: JobLine[];
   fileLines: number;
+  /** What of the file is not run. */
+  ending: Ending;
 }
 
 /** A file cannot be sent: what is wrong with it, and in which lines. */
@@ -28,8 +31,6 @@ export class ProgramError extends Error {}
 
 const FAULTS_SHOWN = 5;
 const LONGEST_CODE = 79;
-/** The ends of a tape and the number of the program (core/gcode/parse.c): they say nothing to a controller. */
-const MARK = /^(?:%.*|N\d+%|(?:N\d+)?[O:]\d+)$/;
 /** A line with an O word: a stream cannot jump. */
 const O_LINE = /^(?:N\d+)?O/;
 const FORBIDDEN = /[^\x21-\x7e]|[!?~]/;
@@ -62,14 +63,16 @@ export function splitLines(text: string): string[] {
   return lines;
 }
 
-/** The lines of a job. Throws ProgramError. */
+/** The lines of a job, up to its end. Throws ProgramError. */
 export function readProgram(name: string, source: string): Program {
   const all = splitLines(source);
   const faults: string[] = [];
   const lines: JobLine[] = [];
+  const ending = new EndReader();
   all.forEach((text, i) => {
     const code = codeOf(text);
-    if (code === "" || MARK.test(code)) return;
+    const runs = ending.take(code, i + 1);
+    if (!runs || code === "" || isMark(code)) return;
     const comment = keptComment(text, code);
     if (O_LINE.test(code)) faults.push(t`line ${i + 1}: O words cannot run in a stream: convert the file with wificnc expand`);
     else if (FORBIDDEN.test(code + comment.replace(/ /g, ""))) faults.push(t`line ${i + 1}: characters that a controller reads as commands`);
@@ -81,5 +84,5 @@ export function readProgram(name: string, source: string): Program {
     throw new ProgramError(t`${name} cannot be sent: ${faults.slice(0, FAULTS_SHOWN).join("; ")}${more}`);
   }
   if (lines.length === 0) throw new ProgramError(t`${name} has no G-code`);
-  return { name, source, lines, fileLines: all.length };
+  return { name, source, lines, fileLines: all.length, ending };
 }

@@ -211,7 +211,9 @@ function notesOf(modes: Modes, known: boolean[], facts: MachineFacts): string[] 
   if (modes.stored)
     notes.push(t`Lines before store offsets (G10, G28.1, G30.1) or use the tool table (G43): they are assumed to be stored in the controller already.`);
   const still = [...AXES].filter((_, i) => i < Math.min(3, facts.axisCount) && !known[i]);
-  if (still.length > 0) notes.push(t`${still.join(t` and `)} does not move: the lines before do not position it.`);
+  const [last = "", ...others] = still.reverse();
+  if (others.length > 0) notes.push(t`${others.reverse().join(", ")} and ${last} do not move: the lines before do not position them.`);
+  else if (last) notes.push(t`${last} does not move: the lines before do not position it.`);
   return notes;
 }
 

@@ -11,6 +11,7 @@ import { t } from "../words";
 
 export type JobState = "none" | "ready" | "running" | "stopping" | "done" | "stopped" | "failed" | "lost" | "left";
 
+export const ENDED: ReadonlySet<string> = new Set<JobState>(["done", "stopped", "failed", "lost", "left"]);
 const HELD = new Set(["Hold", "Door"]);
 const AT_REST = new Set(["Idle", "Check"]);
 /** Reports in a row from one place, after which the machine is at rest. */
@@ -37,6 +38,8 @@ export class JobRunner {
   readonly startedAt = signal(0);
   readonly endedAt = signal(0);
   readonly active = computed(() => this.state.value === "running" || this.state.value === "stopping");
+  /** It has been run: what starts it again is a decision of its own. */
+  readonly ended = computed(() => ENDED.has(this.state.value));
 
   private readonly lines = signal<readonly JobLine[]>([]);
   private indexOf: ReadonlyMap<number, number> = new Map();

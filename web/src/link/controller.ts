@@ -47,7 +47,7 @@ const PARKED = /^Parked:/;
 /** Lines are the job's again, or still: the job cannot be left here, or cannot be resumed with what was set. */
 const NOT_PARKED = /^Not (?:parked|resumed): (.+)$/;
 const NEEDS_RESET = /^Reset to continue/;
-/** Why the controller itself keeps the machine stopped (core/machine/reset.c), also within "Locked by ALARM:56: …". */
+/** Why the controller itself keeps the machine stopped (core/machine/reset.c), also within "Locked by ALARM:57: …". */
 const SELF_LOCKS: readonly [RegExp, string][] = [
   [/a firmware update is being written/i, msg`A firmware update is being written: wait until it ends`],
   [/safe mode after crashes/i, msg`Safe mode after crashes in a row: switch the controller off and on`],

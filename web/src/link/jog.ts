@@ -2,55 +2,105 @@
  * Jogging by hand. A step is one `$J=` line. While a button or key is held, short jogs follow each other a little ahead
  * of the machine; letting go cancels what is left (0x85), so that it stops within its acceleration.
  */
+import { AXES, errorWords, settingNumber } from "../tables";
+import { t } from "../words";
 import type { Controller } from "./controller";
 
 /** A slice of held jogging, and how far the slices run ahead, ms. */
 const SLICE_MS = 100;
 const AHEAD_MS = 300;
+/** As near as a held jog comes to the end of the travel, mm or degrees. */
+const CLOSE = 0.01;
+/** The jog would leave the travel. */
+const OUTSIDE = 15;
+const MAX_RATE = settingNumber("max_rate_mm_min");
 
 export type Direction = Readonly<Record<string, number>>;
 
+interface Held {
+  /** Whatever is held down. */
+  by: string;
+  direction: Direction;
+  feed: number;
+}
+
 export class Jogger {
+  private held: Held | null = null;
   private timer: ReturnType<typeof setInterval> | undefined;
   private sentMs = 0;
   private startedAt = 0;
 
-  constructor(private readonly controller: Controller) {}
+  /** @param tell  why a held jog does not continue, in words */
+  constructor(
+    private readonly controller: Controller,
+    private readonly tell: (why: string) => void = () => {},
+  ) {}
 
   /** So far in these directions, mm or degrees; at this feed, mm/min. */
   async step(direction: Direction, distance: number, feed: number): Promise<void> {
     await this.controller.send(line(direction, distance, feed));
   }
 
-  /** Continue until end(). */
-  begin(direction: Direction, feed: number): void {
+  /** Continue until this is let go, the end of the travel, or a refusal. @param by  the button, or the keys */
+  begin(direction: Direction, feed: number, by: string): void {
     this.end();
+    const held = (this.held = { by, direction, feed });
     this.startedAt = performance.now();
     this.sentMs = 0;
     const more = (): void => {
       const nowMs = performance.now() - this.startedAt;
       this.sentMs = Math.max(this.sentMs, nowMs); // what a page that stood still has not sent is not owed
-      for (; this.sentMs < nowMs + AHEAD_MS; this.sentMs += SLICE_MS) this.slice(direction, feed);
+      for (; this.sentMs < nowMs + AHEAD_MS; this.sentMs += SLICE_MS) this.slice(held);
     };
     this.timer = setInterval(more, SLICE_MS / 2);
     more();
   }
 
-  /** Let go. */
-  end(): void {
-    if (this.timer === undefined) return;
+  /** Let go. @param by  only what this one has begun: a button that loses the focus to another one ends nothing of that */
+  end(by = this.held?.by): void {
+    if (this.held === null || this.held.by !== by) return;
     clearInterval(this.timer);
-    this.timer = undefined;
+    this.held = null;
     this.controller.realtime("JOG_CANCEL");
   }
 
-  /** A refused slice, such as one that would leave the travel, ends the jog. */
-  private slice(direction: Direction, feed: number): void {
-    const distance = (feed / 60_000) * SLICE_MS;
-    void this.controller.post(line(direction, distance, feed), false).then((answer) => {
-      if (answer.kind !== "ok") this.end();
+  private slice(held: Held): void {
+    const distance = ((held.feed / 60_000) * SLICE_MS) / Math.sqrt(Object.keys(held.direction).length);
+    void this.controller.post(line(held.direction, distance, held.feed), false).then((answer) => {
+      if (answer.kind === "ok" || this.held !== held) return;
+      const timer = this.timer;
+      this.timer = undefined; // the slices behind the first refused one are refused as well
+      if (timer === undefined) return;
+      clearInterval(timer);
+      if (answer.kind === "error" && answer.code === OUTSIDE) void this.approach(held, distance);
+      else {
+        this.end();
+        if (answer.kind === "error") this.tell(t`The jog was refused: error ${answer.code}, ${errorWords(answer.code)}`);
+      }
     });
   }
+
+  /** What is left to the end of the travel is shorter than a slice: halves of it, as long as they are accepted or not. */
+  private async approach(held: Held, slice: number): Promise<void> {
+    for (let part = slice / 2; part >= CLOSE / 2; part /= 2) {
+      const answer = await this.controller.post(line(held.direction, part, held.feed), false);
+      if (this.held !== held || answer.kind === "lost") return;
+    }
+    this.tell(t`End of the travel: ${Object.entries(held.direction).map(([axis, sign]) => `${axis}${sign > 0 ? "+" : "−"}`).join(" ")}`);
+  }
+}
+
+/** No axis of a held jog is asked for more than its fastest feed: what it cannot move would pile up. */
+export function heldFeed(direction: Direction, feed: number, settings: ReadonlyMap<number, string>): number {
+  const rates = Object.keys(direction).map((axis) => Number(settings.get(MAX_RATE + AXES.indexOf(axis)) ?? 0));
+  return Math.min(feed, ...rates.filter((rate) => rate > 0));
+}
+
+/** Directions of all keys that are down: two that are opposed stand still. */
+export function combined(directions: Iterable<Direction>): Direction {
+  const sum: Record<string, number> = {};
+  for (const direction of directions) for (const [axis, sign] of Object.entries(direction)) sum[axis] = (sum[axis] ?? 0) + sign;
+  return Object.fromEntries(Object.entries(sum).filter(([, sign]) => sign !== 0));
 }
 
 /** The distance is along each axis, as on every pendant. */

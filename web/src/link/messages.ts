@@ -40,6 +40,12 @@ const BANNER = /^Grbl\w* \S+( .*)?$/;
 const SETTING = /^\$(\d{1,5})=([^\s=]*)( \(.*\))?$/;
 const BRACKET = /^\[([A-Z][A-Z0-9.]*):(.*)\]$/;
 
+/** Modes of the last `$G`, with the spindle as reports show it since: a program's M3 is not asked for. */
+export function modesNow(modes: string, accessories: string, rpm: number): string {
+  const turns = accessories.includes("C") ? "M4" : accessories.includes("S") ? "M3" : "";
+  return modes.replace(/\bM[345]\b/, (word) => turns || (rpm > 0 ? word : "M5"));
+}
+
 /** One line without its end. */
 export function parse(text: string): Message {
   if (text === "ok") return { kind: "ok" };

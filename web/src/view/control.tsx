@@ -1,10 +1,10 @@
 /** Where the machine is, and moving it by hand. */
-import { signal, useSignal } from "@preact/signals";
+import { signal } from "@preact/signals";
 import type { JSX } from "preact";
-import { useLayoutEffect } from "preact/hooks";
-import { attempt, controller, job, noLines, noMotion } from "../app";
-import { Jogger, type Direction } from "../link/jog";
-import { AXES, type RealtimeName } from "../tables";
+import { useEffect, useLayoutEffect } from "preact/hooks";
+import { attempt, controller, fail, failure, job, noLines, noMotion } from "../app";
+import { combined, heldFeed, Jogger, type Direction } from "../link/jog";
+import { AXES, settingNumber, type RealtimeName } from "../tables";
 import { Button, Card, Check, Icon, Progress, Segments, type IconName } from "./parts";
 import { isLarge, PositionCard } from "./position";
 import { ProbeCard } from "./probe";
@@ -12,15 +12,22 @@ import { Shortcuts } from "./shortcuts";
 import type { JobState } from "../job/runner";
 import { msg, t, tr } from "../words";
 
-const jogger = new Jogger(controller);
+const jogger = new Jogger(controller, (why) => fail(new Error(why)));
 const STEPS = [0.01, 0.1, 1, 10, 100] as const;
 /** While held. */
 const HELD = 0;
 const FEED_MIN = 10;
 const FEED_USUAL = 1000;
+/** Of a machine that has not said how fast it is. */
+const FEED_MOST = 100_000;
+const MAX_RATE = settingNumber("max_rate_mm_min");
 
 const distance = signal<number>(1);
 const feed = signal<number>(FEED_USUAL);
+/** Keys jog while the pad is shown: the choice outlives a look at another tab. */
+const keyboard = signal(false);
+/** What holds a jog when it is no button. */
+const KEYS = "keys";
 
 export function ControlTab(): JSX.Element {
   return (
@@ -101,15 +108,31 @@ function canJog(): boolean {
   return noLines.value === "" && (controller.operates.value || ["Idle", "Jog"].includes(controller.state.value));
 }
 
-function press(direction: Direction): void {
+function press(direction: Direction, by: string): void {
   if (!canJog()) return;
-  if (distance.value === HELD) jogger.begin(direction, feed.value);
+  if (distance.value === HELD) hold(direction, by);
   else void attempt(() => jogger.step(direction, distance.value, feed.value));
 }
 
+function hold(direction: Direction, by: string): void {
+  failure.value = null;
+  jogger.begin(direction, heldFeed(direction, feed.value, controller.settings.value), by);
+}
+
+function fastest(): number {
+  const rates = [...AXES].map((_, i) => Number(controller.settings.value.get(MAX_RATE + i) ?? 0));
+  return Math.max(...rates) || FEED_MOST;
+}
+
+function typeFeed(input: HTMLInputElement): void {
+  feed.value = Math.min(fastest(), Math.max(FEED_MIN, Number(input.value) || FEED_USUAL));
+  input.value = String(feed.value); // also when it is the one of before
+}
+
 function JogCard(): JSX.Element {
-  const keyboard = useSignal(false);
   useKeyboard(keyboard.value);
+  const can = canJog();
+  useEffect(() => void (can || jogger.end()), [can]);
   const has = (key: JogKey): boolean => Object.keys(key.direction).every((axis) => AXES.indexOf(axis) < (controller.axisCount.value || 3));
   const turning = TURNING.filter(has);
   return (
@@ -135,40 +158,47 @@ function JogCard(): JSX.Element {
             class="input short mono"
             type="number"
             min={FEED_MIN}
+            max={fastest()}
             step={100}
             value={feed.value}
-            onChange={(event) => (feed.value = Math.max(FEED_MIN, Number(event.currentTarget.value) || FEED_USUAL))}
+            onChange={(event) => typeFeed(event.currentTarget)}
+            data-test="jog-feed"
           />
           {t`mm/min`}
         </label>
       </div>
-      {keyboard.value && <p class="small soft">{t`Arrow keys jog X and Y, Page Up and Page Down jog Z. Escape stops.`}</p>}
+      <p class={`small soft hide-narrow ${keyboard.value ? "" : "unseen"}`}>
+        {t`Arrow keys jog X and Y, two held at once diagonally. Page Up and Page Down jog Z. Escape stops.`}
+      </p>
     </Card>
   );
 }
 
 function JogButton({ jog }: { jog: JogKey }): JSX.Element {
+  const end = (): void => jogger.end(jog.label);
+  useEffect(() => end, []);
   return (
     <button
       type="button"
       class="button"
       aria-label={t`Jog ${jog.label}`}
+      data-machine="starts"
       data-test={`jog-${jog.label}`}
       disabled={!canJog()}
       title={canJog() ? undefined : noLines.value || noMotion.value}
       onPointerDown={(event) => {
         event.currentTarget.setPointerCapture(event.pointerId);
-        press(jog.direction);
+        press(jog.direction, jog.label);
       }}
-      onPointerUp={() => jogger.end()}
-      onPointerCancel={() => jogger.end()}
-      onLostPointerCapture={() => jogger.end()}
+      onPointerUp={end}
+      onPointerCancel={end}
+      onLostPointerCapture={end}
       onContextMenu={(event) => event.preventDefault()}
       onKeyDown={(event) => {
-        if ((event.key === "Enter" || event.key === " ") && !event.repeat) press(jog.direction);
+        if ((event.key === "Enter" || event.key === " ") && !event.repeat) press(jog.direction, jog.label);
       }}
-      onKeyUp={() => jogger.end()}
-      onBlur={() => jogger.end()}
+      onKeyUp={end}
+      onBlur={end}
     >
       {jog.icon && <Icon name={jog.icon} />}
       {jog.label}
@@ -180,6 +210,12 @@ function JogButton({ jog }: { jog: JogKey }): JSX.Element {
 function useKeyboard(on: boolean): void {
   useLayoutEffect(() => {
     if (!on) return undefined;
+    const keys = new Map<string, Direction>();
+    const jogKeys = (): void => {
+      const direction = combined(keys.values());
+      if (Object.keys(direction).length > 0 && canJog()) hold(direction, KEYS);
+      else jogger.end(KEYS);
+    };
     const down = (event: KeyboardEvent): void => {
       if (event.key === "Escape") controller.realtime("JOG_CANCEL");
       if (document.querySelector("dialog[open]")) return; // its keys are not the machine's
@@ -187,16 +223,25 @@ function useKeyboard(on: boolean): void {
       const typing = event.target instanceof HTMLElement && event.target.closest("input:not([type=checkbox]), select, textarea, [role=tab]");
       if (!key || typing || event.ctrlKey || event.altKey || event.metaKey) return;
       event.preventDefault();
-      if (!event.repeat) press(key.direction);
+      if (event.repeat) return;
+      if (distance.value !== HELD) return press(key.direction, KEYS);
+      keys.set(event.key, key.direction);
+      jogKeys();
     };
-    const end = (): void => jogger.end();
+    const up = (event: KeyboardEvent): void => {
+      if (keys.delete(event.key)) jogKeys();
+    };
+    const end = (): void => {
+      keys.clear();
+      jogger.end(KEYS);
+    };
     window.addEventListener("keydown", down);
-    window.addEventListener("keyup", end);
+    window.addEventListener("keyup", up);
     window.addEventListener("blur", end);
     document.addEventListener("visibilitychange", end);
     return () => {
       window.removeEventListener("keydown", down);
-      window.removeEventListener("keyup", end);
+      window.removeEventListener("keyup", up);
       window.removeEventListener("blur", end);
       document.removeEventListener("visibilitychange", end);
       end();

@@ -6,7 +6,7 @@ import { controller, noMotion, standing } from "../app";
 import { Beam } from "../link/beam";
 import { fireLine, firePower_pct, longestFire_s, noFire, noStages, usualStages, type Stage } from "../link/fire";
 import { WarmUp } from "../link/warmup";
-import { Button, Dialog, Field, Notice } from "./parts";
+import { Button, Dialog, Field, Notice, StartStop } from "./parts";
 import { t } from "../words";
 
 /** Call it when the window is hidden, loses the focus, or is left. */
@@ -55,7 +55,39 @@ export function FireDialog({ onClose }: { onClose: () => void }): JSX.Element {
     </Field>
   );
   return (
-    <Dialog title={t`Test the laser`} onClose={onClose}>
+    <Dialog
+      title={t`Test the laser`}
+      onClose={onClose}
+      actions={
+        <div class="row">
+          <button
+            type="button"
+            class={`button hold-down ${lit.value ? "danger" : "warn"}`}
+            disabled={why !== "" && !lit.value}
+            aria-pressed={lit.value}
+            aria-label={t`Hold to light`}
+            data-machine="starts"
+            onPointerDown={(event) => {
+              event.currentTarget.setPointerCapture(event.pointerId);
+              begin();
+            }}
+            onPointerUp={() => beam.end()}
+            onPointerCancel={() => beam.end()}
+            onLostPointerCapture={() => beam.end()}
+            onContextMenu={(event) => event.preventDefault()}
+            onKeyDown={(event) => {
+              if ((event.key === "Enter" || event.key === " ") && !event.repeat) begin();
+            }}
+            onKeyUp={() => beam.end()}
+            onBlur={() => beam.end()}
+            data-test="fire-hold"
+          >
+            {lit.value ? t`The laser is on` : t`Hold to light`}
+          </button>
+          <Button onClick={onClose}>{t`Close`}</Button>
+        </div>
+      }
+    >
       <Notice kind="warn" title={t`Wear your goggles. The beam is on while you hold the button.`} />
       <div class="numbers">
         {field("power_pct", t`Power, % (${firePower_pct(settings)} at most)`, firePower_pct(settings))}
@@ -63,31 +95,6 @@ export function FireDialog({ onClose }: { onClose: () => void }): JSX.Element {
       </div>
       {why && !lit.value && <p class="small" data-test="fire-why">{why}</p>}
       {failed.value && <Notice kind="bad" title={failed.value} />}
-      <div class="row">
-        <button
-          type="button"
-          class={`button hold-down ${lit.value ? "danger" : "warn"}`}
-          disabled={why !== "" && !lit.value}
-          aria-pressed={lit.value}
-          onPointerDown={(event) => {
-            event.currentTarget.setPointerCapture(event.pointerId);
-            begin();
-          }}
-          onPointerUp={() => beam.end()}
-          onPointerCancel={() => beam.end()}
-          onLostPointerCapture={() => beam.end()}
-          onContextMenu={(event) => event.preventDefault()}
-          onKeyDown={(event) => {
-            if ((event.key === "Enter" || event.key === " ") && !event.repeat) begin();
-          }}
-          onKeyUp={() => beam.end()}
-          onBlur={() => beam.end()}
-          data-test="fire-hold"
-        >
-          {lit.value ? t`The laser is on` : t`Hold to light`}
-        </button>
-        <Button onClick={onClose}>{t`Close`}</Button>
-      </div>
     </Dialog>
   );
 }
@@ -122,7 +129,19 @@ export function WarmDialog({ onClose }: { onClose: () => void }): JSX.Element {
     </Field>
   );
   return (
-    <Dialog title={t`Warm up the spindle`} onClose={onClose}>
+    <Dialog
+      title={t`Warm up the spindle`}
+      onClose={onClose}
+      actions={
+        <StartStop
+          start={{ text: t`Start the spindle`, why: !runs && why, onClick: () => void warm.run(stages.value), testId: "warm-start" }}
+          stop={{ text: t`Stop`, onClick: () => warm.stop(), testId: "warm-stop" }}
+          runs={runs}
+        >
+          <Button disabled={runs} onClick={onClose}>{t`Close`}</Button>
+        </StartStop>
+      }
+    >
       <p class="soft">{t`The spindle turns forward (M3) at each speed, then stops. Nothing else moves. Keep clear of the tool.`}</p>
       {stages.value.map((_, i) => (
         <div key={i} class="numbers" aria-current={i === at.value ? "step" : undefined}>
@@ -131,18 +150,6 @@ export function WarmDialog({ onClose }: { onClose: () => void }): JSX.Element {
         </div>
       ))}
       {(failed.value || (why && !runs)) && <Notice kind="bad" title={failed.value || why} />}
-      <div class="row">
-        {runs ? (
-          <Button kind="danger" icon="stop" onClick={() => warm.stop()} testId="warm-stop">
-            {t`Stop`}
-          </Button>
-        ) : (
-          <Button kind="primary" icon="play" why={why} onClick={() => void warm.run(stages.value)} testId="warm-start">
-            {t`Start the spindle`}
-          </Button>
-        )}
-        {!runs && <Button onClick={onClose}>{t`Close`}</Button>}
-      </div>
     </Dialog>
   );
 }

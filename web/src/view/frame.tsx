@@ -4,18 +4,18 @@ import type { JSX } from "preact";
 import { controller, noMotion, preflight, standing } from "../app";
 import { LASER_LIMIT_PCT, planFrame, type FramePlan, type FrameWish } from "../job/frame";
 import { settingNumber } from "../tables";
-import { Button, Dialog, Field, Notice } from "./parts";
+import { Button, Dialog, Field, Notice, StartStop } from "./parts";
 import { t } from "../words";
 
 const LASER_MODE = settingNumber("laser_mode");
 const USUAL: FrameWish = { feed_mm_min: 2000, lift_mm: 5, power_pct: 0 };
 
-export function FrameButton(): JSX.Element | null {
+export function FrameButton(): JSX.Element {
   const open = useSignal(false);
-  if (!preflight.result.value) return null;
+  const why = preflight.result.value ? noMotion.value : t`The preflight has not finished.`;
   return (
     <>
-      <Button why={noMotion.value} title={t`Move once around the bounds of the job`} onClick={() => (open.value = true)} testId="frame">
+      <Button why={why} title={t`Move once around the bounds of the job`} onClick={() => (open.value = true)} testId="frame">
         {t`Outline`}
       </Button>
       {open.value && <FrameDialog onClose={() => (open.value = false)} />}
@@ -72,7 +72,20 @@ function FrameDialog({ onClose }: { onClose: () => void }): JSX.Element {
     </Field>
   );
   return (
-    <Dialog title={t`Run the outline of the job`} onClose={() => (stop(), onClose())}>
+    <Dialog
+      title={t`Run the outline of the job`}
+      onClose={() => (stop(), onClose())}
+      actions={
+        <StartStop
+          start={{ text: t`Run the outline`, why: !running.value && why, onClick: () => void go(), testId: "frame-start" }}
+          stop={{ text: t`Stop`, onClick: stop, testId: "frame-stop" }}
+          runs={running.value}
+          isStopping={stopped.value}
+        >
+          <Button disabled={running.value} onClick={onClose}>{t`Cancel`}</Button>
+        </StartStop>
+      }
+    >
       <p class="soft">
         {t`The machine moves once around everything that the job does in X and Y, and returns. Look whether clamps are in the way and whether the work lies inside.`}
       </p>
@@ -92,18 +105,6 @@ function FrameDialog({ onClose }: { onClose: () => void }): JSX.Element {
         </details>
       )}
       {(failed.value || (why && !running.value)) && <Notice kind="bad" title={failed.value || why} />}
-      <div class="row">
-        {running.value ? (
-          <Button kind="danger" icon="stop" disabled={stopped.value} onClick={stop} testId="frame-stop">
-            {t`Stop`}
-          </Button>
-        ) : (
-          <Button kind="primary" icon="play" why={why} onClick={() => void go()} testId="frame-start">
-            {t`Run the outline`}
-          </Button>
-        )}
-        {!running.value && <Button onClick={onClose}>{t`Cancel`}</Button>}
-      </div>
     </Dialog>
   );
 }

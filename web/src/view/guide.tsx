@@ -243,7 +243,7 @@ function Jogs({ axis, distance }: { axis: string; distance: number }): JSX.Eleme
   return (
     <>
       {[-1, 1].map((sign) => (
-        <Button key={sign} why={noMotion.value} onClick={() => void attempt(() => jogger.step({ [axis]: sign }, distance, FEED))} testId={`guide-jog-${axis}${sign < 0 ? "−" : "+"}`}>
+        <Button key={sign} machine="starts" why={noMotion.value} onClick={() => void attempt(() => jogger.step({ [axis]: sign }, distance, FEED))} testId={`guide-jog-${axis}${sign < 0 ? "−" : "+"}`}>
           {`${axis} ${sign < 0 ? "−" : "+"}${distance}`}
         </Button>
       ))}
@@ -317,10 +317,10 @@ function Homing(): JSX.Element {
         ))}
       </div>
       <div class="row">
-        <Button kind="primary" icon="home" why={noHoming.value || (!homes && t`Switch homing on first.`)} onClick={() => void attempt(() => controller.send("$H"))} testId="guide-home">
+        <Button kind="primary" icon="home" machine="starts" why={noHoming.value || (!homes && t`Switch homing on first.`)} onClick={() => void attempt(() => controller.send("$H"))} testId="guide-home">
           {t`Home now`}
         </Button>
-        <Button kind="danger" icon="stop" onClick={() => controller.reset()} testId="guide-reset">
+        <Button kind="danger" icon="stop" machine="stops" onClick={() => controller.reset()} testId="guide-reset">
           {t`Reset`}
         </Button>
       </div>

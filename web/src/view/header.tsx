@@ -1,6 +1,7 @@
 /** The top of the page: the link, the state, and what stops the machine, always in reach. */
 import type { JSX } from "preact";
 import { useSignal } from "@preact/signals";
+import { useEffect, useRef } from "preact/hooks";
 import {
   attempt,
   connectAgain,
@@ -202,12 +203,13 @@ function Safety(): JSX.Element {
   const state = controller.state.value;
   return (
     <div class="safety" role="group" aria-label={t`Stop the machine`}>
-      <Button kind="warn" icon="hold" disabled={!linked} title={t`Feed hold: slow down and wait (!)`} onClick={() => controller.realtime("HOLD")} testId="hold">
+      <Button kind="warn" icon="hold" machine="stops" disabled={!linked} title={t`Feed hold: slow down and wait (!)`} onClick={() => controller.realtime("HOLD")} testId="hold">
         {t`Hold`}
       </Button>
       <Button
         kind={state === "Hold" || state === "Tool" || state === "Door" ? "primary" : "plain"}
         icon="play"
+        machine="starts"
         disabled={!on}
         why={on && controller.operates.value && noMotion.value}
         title={controller.operates.value ? returnsBy() : t`Resume after a hold, a door or M0 (~)`}
@@ -216,30 +218,39 @@ function Safety(): JSX.Element {
       >
         {t`Resume`}
       </Button>
-      <Button kind="danger" icon="stop" disabled={!linked} title={t`Stop immediately and discard all queued lines (Ctrl-X)`} onClick={() => controller.reset()} testId="reset">
+      <Button kind="danger" icon="stop" machine="stops" disabled={!linked} title={t`Stop immediately and discard all queued lines (Ctrl-X)`} onClick={() => controller.reset()} testId="reset">
         {t`Reset`}
       </Button>
     </div>
   );
 }
 
-/** What needs attention, under the header of every tab. */
+/** What needs attention, under the header of every tab, in room of its own: no message moves what is below. The first one
+ * is seen; all of them, and all of their words, when unfolded, over the page. */
 export function Notices(): JSX.Element {
+  const list = useRef<HTMLDivElement>(null);
+  const isUnfolded = useSignal(false);
+  useEffect(() => {
+    const folds = new MutationObserver(() => void (list.current?.childElementCount === 0 && (isUnfolded.value = false)));
+    folds.observe(list.current!, { childList: true });
+    return () => folds.disconnect();
+  }, []);
   return (
-    <div class="notices">
-      {failure.value && (
-        <Notice kind="bad" title={failure.value.title} text={failure.value.hint}>
-          <Button size="small" onClick={() => (failure.value = null)}>
-            {t`Close`}
-          </Button>
-        </Notice>
-      )}
-      <LostNotice />
-      <RestartNotice />
-      <LockedNotice />
-      <ObserverNotice />
-      <AlarmNotice />
-      <HoldNotice />
+    <div class={`notices ${isUnfolded.value ? "unfolded" : ""}`}>
+      <div class="list" ref={list}>
+        {failure.value && (
+          <Notice kind="bad" title={failure.value.title} text={failure.value.hint}>
+            <Button size="small" icon="close" label={t`Close`} onClick={() => (failure.value = null)} />
+          </Notice>
+        )}
+        <LostNotice />
+        <RestartNotice />
+        <LockedNotice />
+        <ObserverNotice />
+        <AlarmNotice />
+        <HoldNotice />
+      </div>
+      <Button icon={isUnfolded.value ? "fold" : "unfold"} label={isUnfolded.value ? t`Show less` : t`Show all of it`} onClick={() => (isUnfolded.value = !isUnfolded.value)} testId="notices-unfold" />
     </div>
   );
 }
@@ -361,29 +372,28 @@ async function takeOver(): Promise<void> {
   await controller.getToKnow();
 }
 
+/** The emergency stop, as Grbl and grblHAL number it. */
+const ESTOP = 50;
+
+/** It has no button that moves the machine: such a one would come and go with it. */
 function AlarmNotice(): JSX.Element | null {
   if (controller.state.value !== "Alarm") return null;
   const code = controller.alarm.value;
   const homing = Number(controller.settings.value.get(settingNumber("homing")) ?? 0) > 0;
   const title = code === null ? t`The machine is locked` : t`Alarm ${code}: ${alarmWords(code)}`;
   if (controller.selfLock.value) return <Notice kind="bad" title={t`The machine is locked`} text={tr(controller.selfLock.value)} />;
-  if (controller.needsReset.value)
+  if (controller.needsReset.value || code === ESTOP)
     return (
-      <Notice kind="bad" title={title} text={t`It accepts no commands until it is reset. Check the machine first.`}>
-        <Button size="small" kind="danger" disabled={!controller.commands.value} onClick={() => controller.reset()}>
+      <Notice kind="bad" title={title} text={code === ESTOP ? t`Release the emergency stop if it is pressed, then reset.` : t`It accepts no commands until it is reset. Check the machine first.`}>
+        <Button size="small" kind="danger" machine="stops" disabled={!controller.connected.value} onClick={() => controller.reset()} testId="reset-alarm">
           {t`Reset`}
         </Button>
       </Notice>
     );
-  const text = homing ? t`Home it, or unlock it if you know its position.` : t`Unlock it if you know its position.`;
+  const text = homing ? t`Home it on the tab Control, or unlock it if you know its position.` : t`Unlock it if you know its position.`;
   return (
     <Notice kind="bad" title={title} text={text}>
-      {homing && (
-        <Button size="small" icon="home" disabled={!controller.commands.value} onClick={() => void attempt(() => controller.send("$H"))}>
-          {t`Home`}
-        </Button>
-      )}
-      <Button size="small" icon="unlock" disabled={!controller.commands.value} onClick={() => void attempt(() => controller.send("$X"))} testId="unlock">
+      <Button size="small" icon="unlock" machine="sets" disabled={!controller.commands.value} onClick={() => void attempt(() => controller.send("$X"))} testId="unlock">
         {t`Unlock`}
       </Button>
     </Notice>

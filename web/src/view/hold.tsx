@@ -51,7 +51,7 @@ function WaitingNotice(): JSX.Element {
       title={tool === null ? t`The machine is in a hold` : t`Change to tool T${tool}, then press Resume`}
       text={tool === null ? t`Resume continues here. To move the axes before that, take the machine over by hand; the job is kept.` : toolWords(tool)}
     >
-      <Button kind="primary" why={why} title={t`The job is kept at this step, and Resume returns to it`} onClick={() => controller.realtime("PARK")} testId="park">
+      <Button kind="primary" size="small" machine="sets" why={why} title={t`The job is kept at this step, and Resume returns to it`} onClick={() => controller.realtime("PARK")} testId="park">
         {t`Jog, probe or zero here`}
       </Button>
       {tool !== null && <ToolSteps />}

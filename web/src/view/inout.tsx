@@ -53,32 +53,32 @@ function OutputCard(): JSX.Element {
           onChange={(event) => (rpm.value = Math.max(0, Number(event.currentTarget.value)))}
         />
         <span class="small soft">{t`rpm`}</span>
-        <Button why={why} pressed={lamps.includes("S")} onClick={() => say(`M3S${rpm.value}`)}>
+        <Button why={why} pressed={lamps.includes("S")} machine="starts" onClick={() => say(`M3S${rpm.value}`)}>
           {t`Clockwise`}
         </Button>
-        <Button why={why} pressed={lamps.includes("C")} onClick={() => say(`M4S${rpm.value}`)}>
+        <Button why={why} pressed={lamps.includes("C")} machine="starts" onClick={() => say(`M4S${rpm.value}`)}>
           {t`Counter-clockwise`}
         </Button>
-        <Button why={why} kind="warn" onClick={() => say("M5")}>
+        <Button why={why} kind="warn" machine="stops" onClick={() => say("M5")}>
           {t`Off`}
         </Button>
       </div>
       <h3>{t`Coolant`}</h3>
       <div class="row">
-        <Button why={why} pressed={lamps.includes("F")} onClick={() => say("M8")}>
+        <Button why={why} pressed={lamps.includes("F")} machine="starts" onClick={() => say("M8")}>
           {t`Flood`}
         </Button>
-        <Button why={why} pressed={lamps.includes("M")} onClick={() => say("M7")}>
+        <Button why={why} pressed={lamps.includes("M")} machine="starts" onClick={() => say("M7")}>
           {t`Mist`}
         </Button>
-        <Button why={why} kind="warn" onClick={() => say("M9")}>
+        <Button why={why} kind="warn" machine="stops" onClick={() => say("M9")}>
           {t`Off`}
         </Button>
       </div>
       <h3>{t`Outputs of M62 to M65`}</h3>
       <div class="row">
         {Array.from({ length: OUTPUTS }, (_, i) => (
-          <Button key={i} why={why} pressed={switched.value.has(i)} onClick={() => void attempt(() => toggle(i))}>
+          <Button key={i} why={why} pressed={switched.value.has(i)} machine="starts" onClick={() => void attempt(() => toggle(i))}>
             {t`Output ${i}`}
           </Button>
         ))}

@@ -2,10 +2,11 @@
 import { useSignal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
-import { attempt, checkJob, controller, doing, fail, isStale, job, preflight, standing } from "../app";
+import { attempt, checkJob, controller, fail, isStale, job, noLines, preflight, standing } from "../app";
 import { describe, secondsAtLine, secondsLeft, type Preflight } from "../job/preflight";
 import type { Report } from "../job/core";
 import { laserWarning } from "../job/engraving";
+import { endingWords } from "../job/ending";
 import { readProgram } from "../job/program";
 import { type MachineFacts, type Resume } from "../job/resume";
 import { NOWHERE, travelFindings, unplacedAxes, type TravelFinding } from "../job/standing";
@@ -13,7 +14,7 @@ import { notKept } from "../keeping";
 import { AXES, settingNumber } from "../tables";
 import { OverrideCard } from "./control";
 import { FrameButton } from "./frame";
-import { Button, Card, Dialog, Field, FileButton, Notice, Progress, duration } from "./parts";
+import { Button, Card, Dialog, Field, FileButton, Notice, Progress, StartStop, duration } from "./parts";
 import { PathView } from "./path";
 import { msg, t, tr } from "../words";
 
@@ -30,7 +31,7 @@ export function JobTab(): JSX.Element {
       </Card>
     );
   return (
-    <div class="columns">
+    <div class="columns job">
       <div class="w8 stack">
         <PathCard />
       </div>
@@ -114,6 +115,7 @@ function PathCard(): JSX.Element {
         </>
       )}
       {preflight.failed.value && <Notice kind="bad" title={preflight.failed.value} />}
+      <NotRun />
       {done && <PathView preflight={done} />}
       <CodeAround />
     </Card>
@@ -135,6 +137,12 @@ function CodeAround(): JSX.Element {
 }
 
 // ---- what the preflight found ----
+
+/** What follows the program in its file. */
+function NotRun(): JSX.Element | null {
+  const words = endingWords(job.program.value!.ending);
+  return words && <Notice kind="warn" title={words.title} text={words.text} />;
+}
 
 function CheckCard(): JSX.Element | null {
   const done = preflight.result.value;
@@ -260,21 +268,42 @@ function doubts(): string[] {
 }
 
 function StartDialog({ onClose }: { onClose: () => void }): JSX.Element {
+  const again = job.ended.value;
+  const reasons = doubts();
   return (
-    <Dialog title={t`Start this job all the same?`} onClose={onClose}>
+    <Dialog
+      title={again ? t`Run the job again from its first line?` : t`Start this job all the same?`}
+      onClose={onClose}
+      actions={
+        <div class="row">
+          <Button
+            kind={reasons.length > 0 ? "danger" : "primary"}
+            icon="play"
+            machine="starts"
+            why={whyNoStart()}
+            onClick={() => (onClose(), job.start())}
+            testId={again ? "run-again-start" : "start-anyway"}
+          >
+            {again ? t`Run again from the start` : t`Start`}
+          </Button>
+          <Button onClick={onClose}>{t`Cancel`}</Button>
+        </div>
+      }
+    >
+      {again && <p>{t`The whole job runs from the start, from where the machine is now. Check that the way to its first cut is free.`}</p>}
       <ul>
-        {doubts().map((text) => (
+        {reasons.map((text) => (
           <li key={text}>{text}</li>
         ))}
       </ul>
-      <div class="row">
-        <Button kind="danger" icon="play" onClick={() => (onClose(), job.start())} testId="start-anyway">
-          {t`Start`}
-        </Button>
-        <Button onClick={onClose}>{t`Cancel`}</Button>
-      </div>
     </Dialog>
   );
+}
+
+/** Why no job can be started now; "": one can. */
+function whyNoStart(): string {
+  if (!controller.connected.value) return t`Connect first.`;
+  return noLines.value || (controller.state.value === "Idle" ? "" : t`The machine must be idle.`);
 }
 
 function RunCard(): JSX.Element {
@@ -282,24 +311,20 @@ function RunCard(): JSX.Element {
   const state = job.state.value;
   const result = RESULT[state];
   const total = job.total;
-  const ready = controller.commands.value && controller.state.value === "Idle" && !job.active.value && !doing.value;
+  const ended = job.ended.value && t`The job has ended: run it again from the start, or resume it from a line, below.`;
+  const why = !job.active.value && (whyNoStart() || ended);
   return (
     <Card title={t`Run`}>
-      <div class="row">
-        {job.active.value ? (
-          <Button kind="warn" icon="stop" disabled={state === "stopping"} onClick={() => job.stop()} testId="job-stop">
-            {state === "stopping" ? t`Stopping` : t`Stop the job`}
-          </Button>
-        ) : (
-          <Button kind="primary" icon="play" disabled={!ready} onClick={() => (doubts().length > 0 ? (asks.value = true) : job.start())} testId="job-start">
-            {t`Start`}
-          </Button>
-        )}
-        {!job.active.value && <FrameButton />}
-        {asks.value && <StartDialog onClose={() => (asks.value = false)} />}
-        {!controller.connected.value && <span class="small soft">{t`Connect first.`}</span>}
-        {controller.connected.value && !ready && !job.active.value && <span class="small soft">{t`The machine must be idle.`}</span>}
-      </div>
+      <StartStop
+        start={{ text: t`Start`, why, onClick: () => (doubts().length > 0 ? (asks.value = true) : job.start()), testId: "job-start" }}
+        stop={{ text: state === "stopping" ? t`Stopping` : t`Stop the job`, onClick: () => job.stop(), testId: "job-stop" }}
+        runs={job.active.value}
+        isStopping={state === "stopping"}
+      >
+        <FrameButton />
+      </StartStop>
+      {asks.value && <StartDialog onClose={() => (asks.value = false)} />}
+      <p class="small soft reserved">{why}</p>
       <Progress value={total ? job.executed.value / total : 0} label={t`Lines executed`} />
       <dl class="facts">
         <dt>{t`Lines`}</dt>
@@ -309,9 +334,9 @@ function RunCard(): JSX.Element {
         <dt>{t`Time left`}</dt>
         <dd>{timeLeft()}</dd>
       </dl>
+      <ResumeBar />
       {result && <Notice kind={result.kind} title={tr(result.title)} text={job.why.value} />}
       {notKept.value && <p class="small soft">{t`This browser does not keep the job (${notKept.value}): a reload of the page loses it.`}</p>}
-      <ResumeBar />
     </Card>
   );
 }
@@ -326,15 +351,16 @@ function timeLeft(): string {
   return duration(secondsLeft(done.report, spent, feed, rapid));
 }
 
-/** Continue at a line: after a lost link, a stop, an error; or begin there. */
-function ResumeBar(): JSX.Element | null {
+/** Continue at a line: after a lost link, a stop, an error; or begin there. And the whole job once more. */
+function ResumeBar(): JSX.Element {
   const typed = useSignal<number | null>(null);
   const plan = useSignal<Resume | null>(null);
+  const asks = useSignal(false);
   useEffect(() => void (typed.value = null), [job.active.value, job.program.value]); // of the run before, or of another file
-  if (job.active.value) return null;
-  const ended = ["lost", "stopped", "failed", "left"].includes(job.state.value);
+  const ended = job.ended.value;
   const suggested = Math.max(1, job.resumeLine.value);
   const line = typed.value ?? suggested;
+  const why = whyNoStart();
   const type = (input: HTMLInputElement): void => {
     const number = Number(input.value);
     typed.value = Number.isInteger(number) && number >= 1 ? number : null;
@@ -345,27 +371,33 @@ function ResumeBar(): JSX.Element | null {
       await controller.rest(); // facts are of where it is
       plan.value = (await preflight.plan(job.program.value!.lines, line, facts())) ?? plan.value;
     });
+  const isPartly = ended && job.state.value !== "done";
   return (
     <>
       <div class="row">
         <Field
-          label={ended ? t`Resume from line` : t`Start from line`}
-          hint={ended ? t`The line that was being executed at the controller's last report.` : t`The state of the lines before is restored first: you see how.`}
+          label={isPartly ? t`Resume from line` : t`Start from line`}
+          hint={isPartly ? t`The line that was being executed at the controller's last report.` : t`The state of the lines before is restored first: you see how.`}
         >
           <input
             class="input short mono"
             type="number"
             min={1}
-            max={job.program.value!.fileLines}
+            max={job.program.value!.lines.at(-1)!.number}
             value={line}
+            disabled={job.active.value}
             onChange={(event) => type(event.currentTarget)}
             data-test="resume-line"
           />
         </Field>
-        <Button disabled={!controller.commands.value || controller.state.value !== "Idle" || doing.value !== ""} onClick={() => void make()} testId="resume-plan">
-          {ended ? t`Prepare resume` : t`Prepare start`}
+        <Button why={why} onClick={() => void make()} testId="resume-plan">
+          {isPartly ? t`Prepare resume` : t`Prepare start`}
+        </Button>
+        <Button icon="play" why={why} disabled={!ended} onClick={() => (asks.value = true)} testId="run-again">
+          {t`Run again from the start`}
         </Button>
       </div>
+      {asks.value && <StartDialog onClose={() => (asks.value = false)} />}
       {plan.value && <ResumeDialog plan={plan.value} onClose={() => (plan.value = null)} />}
     </>
   );
@@ -382,8 +414,27 @@ function facts(): MachineFacts {
 }
 
 function ResumeDialog({ plan, onClose }: { plan: Resume; onClose: () => void }): JSX.Element {
+  const go = (): void => {
+    onClose();
+    try {
+      job.start(plan.lines);
+    } catch (error) {
+      fail(error);
+    }
+  };
   return (
-    <Dialog title={t`Resume from line ${plan.line}`} onClose={onClose}>
+    <Dialog
+      title={t`Resume from line ${plan.line}`}
+      onClose={onClose}
+      actions={
+        <div class="row">
+          <Button kind="primary" icon="play" machine="starts" why={whyNoStart()} onClick={go} testId="resume-start">
+            {t`Start resume`}
+          </Button>
+          <Button onClick={onClose}>{t`Cancel`}</Button>
+        </div>
+      }
+    >
       <p class="soft">{t`Before the first cut the machine does the following. Watch it, and be ready to press Hold.`}</p>
       <pre class="code" data-test="resume-preamble">
         {plan.preamble.join("\n")}
@@ -391,24 +442,6 @@ function ResumeDialog({ plan, onClose }: { plan: Resume; onClose: () => void }):
       {plan.notes.map((note) => (
         <Notice key={note} kind="warn" title={note} />
       ))}
-      <div class="row">
-        <Button
-          kind="primary"
-          icon="play"
-          testId="resume-start"
-          onClick={() => {
-            onClose();
-            try {
-              job.start(plan.lines);
-            } catch (error) {
-              fail(error);
-            }
-          }}
-        >
-          {t`Start resume`}
-        </Button>
-        <Button onClick={onClose}>{t`Cancel`}</Button>
-      </div>
     </Dialog>
   );
 }

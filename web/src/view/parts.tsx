@@ -22,6 +22,8 @@ const ICONS = {
   usb: "M12 21V5M12 5l-2.500 3M12 5l2.500 3M12 17l-5-3v-3M12 14l5-3V9M6 11h2M16 9h2",
   close: "M6 6l12 12M18 6L6 18",
   up: "M12 19V6M6 12l6-6 6 6",
+  unfold: "M6 9l6 6 6-6",
+  fold: "M6 15l6-6 6 6",
   down: "M12 5v13M6 12l6 6 6-6",
   left: "M19 12H6M12 6l-6 6 6 6",
   right: "M5 12h13M12 6l6 6-6 6",
@@ -50,8 +52,12 @@ export interface ButtonProps {
   why?: string | false;
   title?: string;
   pressed?: boolean;
+  /** What it does to the machine: press.ts guards what starts motion or a tool, and what sets something. */
+  machine?: Machine;
   testId?: string;
 }
+
+export type Machine = "starts" | "stops" | "sets";
 
 export function Button(props: ButtonProps): JSX.Element {
   const { kind = "plain", size = "usual", icon, label, children } = props;
@@ -65,11 +71,42 @@ export function Button(props: ButtonProps): JSX.Element {
       title={props.why || (props.title ?? (bare ? label : undefined))}
       aria-label={label}
       aria-pressed={props.pressed}
+      data-machine={props.machine}
       data-test={props.testId}
     >
       {icon && <Icon name={icon} />}
       {children}
     </button>
+  );
+}
+
+interface Act {
+  text: string;
+  onClick: () => void;
+  testId: string;
+}
+
+interface StartStopProps {
+  start: Act & { why?: string | false };
+  stop: Act;
+  runs: boolean;
+  /** Stop was pressed. */
+  isStopping?: boolean;
+  children?: ComponentChildren;
+}
+
+/** Start and Stop of one thing: two places that never change. Each is dead while it has nothing to do. */
+export function StartStop({ start, stop, runs, isStopping, children }: StartStopProps): JSX.Element {
+  return (
+    <div class="start-stop">
+      <Button kind="primary" icon="play" machine="starts" why={start.why} disabled={runs} onClick={start.onClick} testId={start.testId}>
+        {start.text}
+      </Button>
+      <Button kind="danger" icon="stop" machine="stops" disabled={!runs || isStopping} onClick={stop.onClick} testId={stop.testId}>
+        {stop.text}
+      </Button>
+      {children}
+    </div>
   );
 }
 
@@ -153,8 +190,9 @@ export function Progress(props: { value: number | null; label: string }): JSX.El
   return <progress class="progress" aria-label={props.label} max={1} value={props.value ?? undefined} />;
 }
 
-/** A modal question. Escape, and the cross, are "no". */
-export function Dialog(props: { title: string; onClose: () => void; children: ComponentChildren }): JSX.Element {
+/** A modal question. Escape, and the cross, are "no". What is said in it makes it grow upwards: its actions, at the bottom,
+ * stay where they are. */
+export function Dialog(props: { title: string; onClose: () => void; actions?: ComponentChildren; children: ComponentChildren }): JSX.Element {
   const dialog = useRef<HTMLDialogElement>(null);
   const id = useId();
   useEffect(() => {
@@ -169,6 +207,7 @@ export function Dialog(props: { title: string; onClose: () => void; children: Co
         </div>
         {props.children}
       </div>
+      {props.actions && <footer>{props.actions}</footer>}
     </dialog>
   );
 }

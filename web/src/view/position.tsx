@@ -4,7 +4,7 @@ import type { JSX } from "preact";
 import { useEffect, useRef } from "preact/hooks";
 import { attempt, controller, noHoming, noMotion, standing } from "../app";
 import { typedPosition, WORK_SYSTEMS } from "../link/offsets";
-import type { Status } from "../link/messages";
+import { modesNow, type Status } from "../link/messages";
 import { planZero, type ZeroFacts, type ZeroPlan } from "../link/zero";
 import { AXES } from "../tables";
 import { lastZero, nameSystem, setPosition, showsInches, systemNames, undoZero, workSystem } from "../zeroing";
@@ -30,13 +30,14 @@ export function PositionCard(): JSX.Element {
         ))}
       </div>
       <div class="row">
-        <Button icon="home" why={noHoming.value} onClick={() => void attempt(() => controller.send("$H"))} testId="home">
+        <Button icon="home" machine="starts" why={noHoming.value} onClick={() => void attempt(() => controller.send("$H"))} testId="home">
           {t`Home`}
         </Button>
-        <Button why={noMotion.value} onClick={() => void attempt(zeroAll)}>
+        <Button machine="sets" why={noMotion.value} onClick={() => void attempt(zeroAll)} testId="zero-all">
           {t`Zero all`}
         </Button>
         <Button
+          machine="starts"
           why={noMotion.value}
           title={t`Raise Z, then move X and Y to work zero`}
           onClick={() => void attempt(async () => (asks.value = await goToZero(null)))}
@@ -44,17 +45,13 @@ export function PositionCard(): JSX.Element {
         >
           {t`Go to zero`}
         </Button>
-        {last && (
-          <Button why={noMotion.value} title={t`Undo: ${last.text}`} onClick={() => void attempt(undoZero)} testId="undo-zero">
-            {t`Undo zero`}
-          </Button>
-        )}
+        <Button machine="sets" why={noMotion.value} disabled={!last} title={last ? t`Undo: ${last.text}` : undefined} onClick={() => void attempt(undoZero)} testId="undo-zero">
+          {t`Undo zero`}
+        </Button>
       </div>
-      {controller.connected.value && noMotion.value && (
-        <p class="small soft" data-test="why-not">
-          {noMotion.value}
-        </p>
-      )}
+      <p class="small soft reserved" data-test="why-not">
+        {controller.connected.value && noMotion.value}
+      </p>
       {asks.value && <LiftDialog onClose={() => (asks.value = false)} />}
       <Lamps />
     </Card>
@@ -101,19 +98,24 @@ function LiftDialog({ onClose }: { onClose: () => void }): JSX.Element {
     void attempt(() => goToZero(lift_mm));
   };
   return (
-    <Dialog title={t`How far can Z lift?`} onClose={onClose}>
+    <Dialog
+      title={t`How far can Z lift?`}
+      onClose={onClose}
+      actions={
+        <div class="row">
+          <Button kind="primary" machine="starts" why={noMotion.value} disabled={!(lift_mm >= 0)} onClick={go} testId="lift-go">
+            {t`Lift and move`}
+          </Button>
+          <Button onClick={onClose}>{t`Cancel`}</Button>
+        </div>
+      }
+    >
       <p class="soft">
         {t`The machine was not homed while this page was connected, so the free travel above Z is unknown. Z lifts by this distance from where it is now, then X and Y move straight to work zero at that height.`}
       </p>
       <Field label={t`Lift Z by, mm`} hint={t`0: Z does not move.`}>
         <input class="input short mono" type="number" min={0} step={1} value={lift.value} onInput={(event) => (lift.value = event.currentTarget.value)} data-test="lift" />
       </Field>
-      <div class="row">
-        <Button kind="primary" why={noMotion.value} disabled={!(lift_mm >= 0)} onClick={go} testId="lift-go">
-          {t`Lift and move`}
-        </Button>
-        <Button onClick={onClose}>{t`Cancel`}</Button>
-      </div>
     </Dialog>
   );
 }
@@ -147,10 +149,10 @@ function Axis({ axis, index }: { axis: string; index: number }): JSX.Element {
         {machine === undefined ? "" : fixed(machine)}
       </span>
       <div class="dro-set">
-        <Button size="small" label={t`Halve ${axis}`} title={t`Half of ${axis} is here: zero is in the middle of the way`} why={noMotion.value} onClick={() => void attempt(halve)}>
+        <Button size="small" machine="sets" label={t`Halve ${axis}`} title={t`Half of ${axis} is here: zero is in the middle of the way`} why={noMotion.value} onClick={() => void attempt(halve)}>
           ½
         </Button>
-        <Button size="small" label={t`Zero ${axis}`} why={noMotion.value} onClick={() => void attempt(() => setPosition({ [axis]: 0 }, t`zero of ${axis}`))}>
+        <Button size="small" machine="sets" label={t`Zero ${axis}`} why={noMotion.value} onClick={() => void attempt(() => setPosition({ [axis]: 0 }, t`zero of ${axis}`))}>
           {t`Zero`}
         </Button>
       </div>
@@ -198,9 +200,10 @@ function PositionTools(): JSX.Element {
   return (
     <>
       <label class="row small soft">
-        {t`Work system`}
+        <span class="hide-narrow">{t`Work system`}</span>
         <select
           class="input system"
+          aria-label={t`Work system`}
           value={current}
           disabled={noMotion.value !== ""}
           title={noMotion.value || undefined}
@@ -222,9 +225,11 @@ function PositionTools(): JSX.Element {
       <Button size="small" title={t`Give ${current} a name, for this browser`} onClick={() => (names.value = true)} testId="name-system">
         {t`Name`}
       </Button>
-      <Button size="small" pressed={isLarge.value} title={t`Positions over the whole width`} onClick={() => (isLarge.value = !isLarge.value)} testId="large">
-        {t`Large`}
-      </Button>
+      <span class="hide-narrow">
+        <Button size="small" pressed={isLarge.value} title={t`Positions over the whole width`} onClick={() => (isLarge.value = !isLarge.value)} testId="large">
+          {t`Large`}
+        </Button>
+      </span>
       {names.value && <NameDialog system={current} onClose={() => (names.value = false)} />}
     </>
   );
@@ -301,7 +306,7 @@ function Lamps(): JSX.Element {
         <dt>{t`Spindle`}</dt>
         <dd class="mono">{spindle}</dd>
         <dt>{t`Modes`}</dt>
-        <dd class="mono small">{controller.modes.value || "–"}</dd>
+        <dd class="mono small modes">{modesNow(controller.modes.value, controller.accessories.value, controller.status.value?.speed ?? 0) || "–"}</dd>
       </dl>
     </div>
   );

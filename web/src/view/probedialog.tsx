@@ -3,9 +3,9 @@ import { signal, useSignal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
 import { attempt, controller, noMotion, standing } from "../app";
-import { edgeAngle_deg, planProbe, probeProblem, runProbe, stepText, USUAL, type Cycle, type ProbeMachine, type ProbeValues, type Sign } from "../link/probing";
+import { edgeAngle_deg, planProbe, probeProblem, runProbe, stepText, USUAL, type Cycle, type ProbeMachine, type ProbeValues, type Sign, type Step } from "../link/probing";
 import { setPosition, showsInches, undoZero, workSystem } from "../zeroing";
-import { Button, Dialog, Field, Notice, Segments } from "./parts";
+import { Button, Dialog, Field, Notice, Segments, StartStop } from "./parts";
 import { ProbePicture } from "./probepicture";
 import { msg, t, tr } from "../words";
 
@@ -143,11 +143,23 @@ export function ProbeDialog({ cycle, title, onClose }: { cycle: Cycle; title: st
   const tested = useProbeTest();
   const found = useSignal<ReadonlyMap<string, number>>(new Map());
   const before_mm = useSignal(0);
+  const set = useSignal<readonly string[]>([]);
+  const noting: ProbeMachine = {
+    ...machine,
+    setPosition: async (axis, value_mm) => {
+      await machine.setPosition(axis, value_mm);
+      set.value = [...set.value, axis];
+    },
+  };
+  const undo = async (): Promise<void> => {
+    for (const _ of set.value) await undoZero();
+    set.value = [];
+  };
   const go = async (): Promise<void> => {
-    [phase.value, failed.value] = ["running", ""];
+    [phase.value, failed.value, set.value] = ["running", "", []];
     try {
       before_mm.value = length_mm();
-      await withModes(async () => void (found.value = await runProbe(steps, machine, () => phase.peek() === "stopping")));
+      await withModes(async () => void (found.value = await runProbe(steps, noting, () => phase.peek() === "stopping")));
       phase.value = "done";
     } catch (error) {
       failed.value = phase.peek() === "stopping" ? t`Stopped by hand.` : error instanceof Error ? error.message : String(error);
@@ -162,7 +174,22 @@ export function ProbeDialog({ cycle, title, onClose }: { cycle: Cycle; title: st
   const close = (): void => (stop(), onClose());
   const runs = phase.value === "running" || phase.value === "stopping";
   return (
-    <Dialog title={t`Probe: ${title}`} onClose={close}>
+    <Dialog
+      title={t`Probe: ${title}`}
+      onClose={close}
+      actions={
+        phase.value !== "done" && (
+          <StartStop
+            start={{ text: t`Probe`, why: !runs && (problem || noMotion.value || (tested ? "" : t`Test the probe first.`)), onClick: () => void go(), testId: "probe-start" }}
+            stop={{ text: t`Stop`, onClick: stop, testId: "probe-stop" }}
+            runs={runs}
+            isStopping={phase.value === "stopping"}
+          >
+            <Button disabled={runs} onClick={close}>{t`Cancel`}</Button>
+          </StartStop>
+        )
+      }
+    >
       <div class="probe-top">
         <ProbePicture cycle={wizard.cycle} values={values.value} />
         <p class="small">{t`${tr(wizard.begin)} The machine need not be homed.`}</p>
@@ -194,24 +221,29 @@ export function ProbeDialog({ cycle, title, onClose }: { cycle: Cycle; title: st
               {steps.map(stepText).join("\n")}
             </pre>
           </details>
-          {failed.value && <Notice kind="bad" title={failed.value} />}
-          <div class="row">
-            {runs ? (
-              <Button kind="danger" icon="stop" disabled={phase.value === "stopping"} onClick={stop} testId="probe-stop">
-                {t`Stop`}
-              </Button>
-            ) : (
-              <Button kind="primary" icon="play" why={problem || noMotion.value || (tested ? "" : t`Test the probe first.`)} onClick={() => void go()} testId="probe-start">
-                {t`Probe`}
-              </Button>
-            )}
-            {!runs && <Button onClick={close}>{t`Cancel`}</Button>}
-            {problem && <span class="small soft">{problem}</span>}
-          </div>
+          {failed.value && (
+            <Notice kind="bad" title={failed.value} text={setBefore(steps, set.value)}>
+              {set.value.length > 0 && (
+                <Button size="small" machine="sets" why={noMotion.value} onClick={() => void attempt(undo)} testId="probe-undo-part">
+                  {t`Undo`}
+                </Button>
+              )}
+            </Notice>
+          )}
+          {problem && <p class="small soft">{problem}</p>}
         </>
       )}
     </Dialog>
   );
+}
+
+/** Of a cycle that has ended before its end: what it has set, and what it has not. "": it sets no work zero. */
+function setBefore(steps: readonly Step[], set: readonly string[]): string {
+  const all = steps.filter((step) => step.kind === "set").map((step) => step.axis);
+  if (all.length === 0) return "";
+  const left = all.filter((axis) => !set.includes(axis)).sort().join(", ");
+  if (set.length === 0) return t`The work zero is as before: nothing was set.`;
+  return t`Work zero of ${[...set].sort().join(", ")} is set in ${workSystem.value} already; that of ${left} is as before.`;
 }
 
 /** Whether the probe has closed and opened again since this dialog is there. */

@@ -7,7 +7,7 @@ import { macroLines, macroMoves, MOST_MACROS, type Macro } from "../link/macros"
 import { planStored, unknownPlace, type StoredName } from "../link/stored";
 import { keepMacros, macros, runMacro, stopMacro } from "../macros";
 import { FireDialog, WarmDialog } from "./fire";
-import { Button, Card, Dialog, Field, Notice } from "./parts";
+import { Button, Card, Dialog, Field } from "./parts";
 import { later } from "./later";
 import { goBy, zeroFacts } from "./position";
 import { t } from "../words";
@@ -24,9 +24,16 @@ export function Shortcuts(): JSX.Element {
     <Card
       title={t`Shortcuts`}
       tools={
-        <Button size="small" disabled={macros.value.length >= MOST_MACROS} onClick={() => edit(macros.value.length)} testId="macro-new">
-          {t`New macro`}
-        </Button>
+        <>
+          {macros.value.length > 0 && (
+            <Button size="small" kind="danger" icon="stop" machine="stops" disabled={!doing.value} onClick={stopMacro} testId="macro-stop">
+              {t`Stop the macro`}
+            </Button>
+          )}
+          <Button size="small" disabled={macros.value.length >= MOST_MACROS} onClick={() => edit(macros.value.length)} testId="macro-new">
+            {t`New macro`}
+          </Button>
+        </>
       }
     >
       <div class="row">
@@ -44,6 +51,7 @@ export function Shortcuts(): JSX.Element {
           {macros.value.map((macro, i) => (
             <span key={i} class="pair" role="group" aria-label={macro.name}>
               <Button
+                machine="starts"
                 why={macroMoves(macro) ? noMotion.value : noHoming.value}
                 title={macro.lines}
                 onClick={() => void attempt(() => runMacro(macro))}
@@ -57,13 +65,6 @@ export function Shortcuts(): JSX.Element {
             </span>
           ))}
         </div>
-      )}
-      {doing.value && (
-        <Notice kind="info" title={doing.value}>
-          <Button kind="danger" icon="stop" onClick={stopMacro} testId="macro-stop">
-            {t`Stop`}
-          </Button>
-        </Notice>
       )}
       {open.value === "fire" && <FireDialog onClose={close} />}
       {open.value === "warm" && <WarmDialog onClose={close} />}
@@ -84,6 +85,7 @@ function StoredPosition({ name }: { name: StoredName }): JSX.Element {
   return (
     <span class="pair" role="group" aria-label={t`Stored position ${name}`}>
       <Button
+        machine="starts"
         why={noMotion.value}
         title={t`Raise Z, move to X and Y of ${name}, then to its Z. Machine position: ${text}`}
         onClick={() => void attempt(() => goBy(() => planStored(name, standing.peek().offsets.get(name), zeroFacts())))}

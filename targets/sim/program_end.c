@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: MIT */
+#include "program_end.h"
+
+#include "gcode/block.h"
+#include "gcode/number.h"
+
+#include <string.h>
+
+/* Past what is no word of its own: the name of a parameter, an expression. */
+static const char *skip_computed(const char *text) {
+    int depth = 0;
+    do {
+        depth += *text == '[' || *text == '<';
+        depth -= *text == ']' || *text == '>';
+        text++;
+    } while (*text != '\0' && depth > 0);
+    return text;
+}
+
+/* M2 or M30, however it is written; an expression in place of the number is not computed. */
+static bool has_end_code(const char *line) {
+    while (*line != '\0') {
+        if (*line == '[' || *line == '<') {
+            line = skip_computed(line);
+            continue;
+        }
+        if (*line++ != 'M')
+            continue;
+        const struct number number = number_scan(line);
+        const double value = number.end != NULL ? number_value(number) : 0.0;
+        if (value == 2.0 || value == 30.0)
+            return true;
+    }
+    return false;
+}
+
+bool program_end_is_percent(const char *line) {
+    return strchr(line, '%') != NULL && gcode_is_program_mark(line);
+}
+
+static void take_after(struct program_end *end, const char *line, uint32_t number) {
+    if (program_end_is_percent(line) && end->is_open) {
+        end->is_open = false; /* it closes the program that has ended by M2 or M30 */
+    } else if (line[0] == '\0' || gcode_is_program_mark(line)) {
+        end->mark = line[0] != '\0' && end->mark == 0 ? number : end->mark;
+    } else {
+        if (end->unrun++ == 0) {
+            end->first = number;
+            end->second = end->mark;
+        }
+        if (end->second == 0 && line[0] != '$' && has_end_code(line))
+            end->second = end->first;
+    }
+}
+
+bool program_end_take(struct program_end *end, const char *line, uint32_t number) {
+    if (end->line != 0) {
+        take_after(end, line, number);
+        return false;
+    }
+    if (program_end_is_percent(line)) {
+        end->line = end->has_code ? number : 0;
+        end->is_open = !end->has_code;
+    } else if (line[0] != '\0' && !gcode_is_program_mark(line)) {
+        end->has_code = true;
+        if (line[0] != '$' && has_end_code(line))
+            end->line = number;
+    }
+    return true;
+}
