@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import errno
 import importlib
 import os
 import sys
 import traceback
-from typing import Any
+from contextlib import suppress
+from difflib import get_close_matches
+from typing import Any, NoReturn
 
 import rich_click as click
 
@@ -59,7 +62,12 @@ PLUMBING = {
     "page": ("page", "Generate page_files.h, with which a firmware carries the page."),
     "signing-key": ("signing_key", "Generate signing_key.h, whose key signs a firmware's updates."),
 }
+# Of what is written: the disk, or the user's part of it, is full or fails.
+NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS)
 COMMANDS = {name: command for group in (*GROUPS.values(), PLUMBING) for name, command in group.items()}
+
+
+Resolved = tuple[str | None, click.Command | None, list[str]]
 
 
 class LazyGroup(click.RichGroup):
@@ -67,6 +75,13 @@ class LazyGroup(click.RichGroup):
 
     def list_commands(self, ctx: click.Context) -> list[str]:
         return list(COMMANDS)
+
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> Resolved:
+        """With the name that may be meant."""
+        close = get_close_matches(args[0].lower(), [name for name in COMMANDS if name not in PLUMBING], n=1)
+        if args[0] not in COMMANDS and close and not args[0].startswith("-"):
+            ctx.fail(f"No such command {args[0]!r}. Did you mean {close[0]!r}?")
+        return super().resolve_command(ctx, args)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         if cmd_name not in COMMANDS:
@@ -92,19 +107,36 @@ def root() -> None:
 
 def main(argv: list[str] | None = None) -> Any:
     """Console entry. A UserError prints its message and hint and ends with its exit code; so does a file that cannot be
-    read or written. Any other error is a bug, and shows where."""
+    read or written, and a full disk. Any other error is a bug, and shows where."""
     ui.use_plain_characters()
     try:
-        return root.main(args=argv, prog_name="wificnc", standalone_mode=True)
+        try:
+            return root.main(args=argv, prog_name="wificnc", standalone_mode=True)
+        finally:
+            ui.flush()
     except UserError as err:
-        ui.error(err)
-        sys.exit(err.exit_code)
+        _end(err)
     except BrokenPipeError:
+        ui.drop_output()
         sys.exit(Exit.OK)
     except Exception as err:
-        if isinstance(err, OSError) and err.filename is not None:
-            ui.error(UserError(f"{os.fsdecode(err.filename)}: {err.strerror}"))
-            sys.exit(Exit.USAGE)
-        traceback.print_exc()
-        ui.error(UserError("internal error of wificnc", hint="please report it with the text above"))
-        sys.exit(Exit.BUG)
+        if isinstance(err, OSError) and (why := _why_no_file(err)):
+            _end(UserError(why))
+        with suppress(OSError):
+            traceback.print_exc()
+        _end(UserError("internal error of wificnc", hint="please report it with the text above"), Exit.BUG)
+
+
+def _why_no_file(err: OSError) -> str:
+    """ "": it is about no file or disk."""
+    if err.filename is not None:
+        return f"{os.fsdecode(err.filename)}: {err.strerror}"
+    return f"cannot write the output: {err.strerror}" if err.errno in NO_ROOM else ""
+
+
+def _end(err: UserError, code: Exit | None = None) -> NoReturn:
+    """Also where neither stdout nor stderr can be written."""
+    with suppress(OSError):
+        ui.error(err)
+    ui.drop_output()
+    sys.exit(err.exit_code if code is None else code)

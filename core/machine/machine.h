@@ -71,6 +71,9 @@ bool machine_is_at_rest(const struct machine *machine);
  */
 bool machine_notice(const struct machine *machine, unsigned number, char *text, size_t size);
 
+/** What is printed at a start, and after a reset. */
+#define MACHINE_BANNER "\r\nGrbl 1.1h ['$' for help]\r\n"
+
 enum machine_state machine_state(const struct machine *machine);
 
 /** The newest; ALARM_NONE after a reset. */

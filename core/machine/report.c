@@ -74,7 +74,7 @@ void report_alarm(struct machine *machine, enum alarm alarm) {
 }
 
 void report_banner(struct machine *machine) {
-    text_string(&machine->out, "\r\nGrbl 1.1h ['$' for help]\r\n");
+    text_string(&machine->out, MACHINE_BANNER);
 }
 
 void report_changed_offset(struct machine *machine) {

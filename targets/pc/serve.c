@@ -38,6 +38,8 @@ enum { ASK_EVERY_MS = 50 }; /* observers' status requests */
  * are about to be free. */
 enum { FULL_MS = 1000 };
 
+enum { BANNER_AFTER_US = 1000000 }; /* of silence, once a pty was opened */
+
 enum { ACCEPTS_A_ROUND = 16 }; /* a flood of connections leaves time for everything else */
 
 enum {
@@ -69,8 +71,9 @@ struct serve {
     const char *store; /* that file; NULL: none */
     struct serve_control control;
     struct serve_wire wire;
-    int bus; /* serial port of the spindle's drive; -1: none */
-    bool has_pty;
+    int bus;                 /* serial port of the spindle's drive; -1: none */
+    bool has_pty, pty_waits; /* ... for a banner: a client of it has opened it */
+    uint32_t pty_opened_us;
     struct net_pty pty;
     struct serve_pendant pendant;
     uint64_t asked_ns; /* when observers' requests were last passed on */
@@ -511,9 +514,24 @@ static void accept_all(struct serve *serve) {
             note_fullness(serve);
         }
     }
-    if (serve->has_pty && net_pty_opened(&serve->pty, &stream))
-        net_hub_connect(&serve->hub, &stream, "pty");
+    if (serve->has_pty && net_pty_opened(&serve->pty, &stream)) {
+        serve->pty_opened_us = clock_us();
+        serve->pty_waits = net_hub_connect(&serve->hub, &stream, "pty");
+    }
     serve_pendant_accept(&serve->pendant, &serve->hub, clock_us());
+}
+
+/* A serial port resets many boards when it is opened, and senders that wait for the banner say nothing before
+ * it. One that has spoken would take it for a reset. */
+static void greet_pty(struct serve *serve) {
+    if (!serve->pty_waits || clock_us() - serve->pty_opened_us < BANNER_AFTER_US)
+        return;
+    serve->pty_waits = false;
+    for (size_t i = 0; i < NET_CLIENTS; i++) {
+        const struct net_client *client = &serve->hub.client[i];
+        if (client->stream.ops != NULL && client->stream.ctx == &serve->pty && !client->spoke)
+            (void)client->stream.ops->write(&client->stream, MACHINE_BANNER, sizeof MACHINE_BANNER - 1);
+    }
 }
 
 static void read_clients(struct serve *serve) {
@@ -550,6 +568,7 @@ int serve_run(struct serve *serve) {
         serve_control_read(&serve->control, &serve->poll[POLL_CONTROL], serve->host, &serve->clock);
         serve_wire_read(&serve->wire);
         accept_all(serve);
+        greet_pty(serve);
         ask_sometimes(serve);
         work(serve);
         serve_wire_poll(&serve->wire);

@@ -29,6 +29,12 @@ class Receiver:
         assert process.stdout
         self.telnet, self.page = map(int, process.stdout.readline().split())
 
+    def return_to_old(self) -> None:
+        """The next update does not stay: the old firmware starts again."""
+        assert self._process.stdin
+        self._process.stdin.write("o")
+        self._process.stdin.flush()
+
     def is_reached(self) -> bool:
         """Someone who may command is connected over the network."""
         assert self._process.stdin and self._process.stdout
@@ -52,9 +58,10 @@ def program(files: tuple[EmbeddedFile, ...]) -> Path:
 
 
 @contextmanager
-def receiver(key: str, slot: Path, files: Iterable[EmbeddedFile] = (), *fate: str) -> Iterator[Receiver]:
-    command = [program(tuple(files)), key, slot, *fate]
-    process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+def receiver(key: str, slot: Path, files: Iterable[EmbeddedFile] = ()) -> Iterator[Receiver]:
+    process = subprocess.Popen(
+        [program(tuple(files)), key, slot], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    )
     assert process.stdin and process.stdout
     try:
         yield Receiver(process, slot)

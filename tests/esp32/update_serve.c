@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT
  * The ESP32's controller task and page with the receiver of updates behind /update; the slot is a file. Says
  * its ports on stdout, telnet's and the page's. Each line of stdin is answered by `reached=0|1`: whether
- * someone who may command is connected over the network. Ends with stdin. Usage: update_serve KEY FILE [old]
+ * someone who may command is connected over the network. Ends with stdin. Usage: update_serve KEY FILE
  *
- * A complete update restarts the receiver: the new firmware is on trial until it was reached; with "old" the
- * one before it has returned. */
+ * A complete update restarts the receiver: the new firmware is on trial until it was reached. After an "o" on
+ * stdin the one before it returns instead. */
 #include "app/controller.h"
 #include "net/ota.h"
 #include "net/page.h"
@@ -78,6 +78,7 @@ static void update(void *updates, const struct net_stream *stream) {
 static bool read_stdin(void) {
     char byte;
     ssize_t got = read(STDIN_FILENO, &byte, 1);
+    slot.returns |= got == 1 && byte == 'o';
     if (got == 1 && byte == '\n') {
         printf("reached=%d\n", controller_is_reached(slot.controller));
         fflush(stdout);
@@ -120,7 +121,8 @@ static void follow_update(void) {
 static void start(char **argv, struct host *host, struct controller *controller) {
     static const struct net_hub_sizes sizes = {.clients = CLIENTS, .in = 2048, .out = 16384, .left = 2048};
     static const uint8_t salt[ACCESS_SALT];
-    const struct page_names names = {.own = "WiFiCNC-1A2B", .update = update, .updates = &slot.ota, .digest = OLD_DIGEST};
+    const struct page_names names = {
+        .own = "WiFiCNC-1A2B", .update = update, .updates = &slot.ota, .digest = OLD_DIGEST};
     int error;
     controller_init(controller, &host->machine, &sizes);
     host->machine.out = controller_out(controller);
@@ -129,7 +131,6 @@ static void start(char **argv, struct host *host, struct controller *controller)
     slot.host = host;
     slot.controller = controller;
     slot.path = argv[2];
-    slot.returns = argv[3] != NULL;
     host->machine.board.digest = OLD_DIGEST;
     start_receiver();
     if (!controller_listen(controller, "127.0.0.1", "0", &error) ||
@@ -143,7 +144,7 @@ int main(int argc, char **argv) {
     static struct controller controller;
     static const struct timespec pace = {.tv_nsec = 100000}; /* leaves the processor to other tests */
     struct host *host = host_create(&board);
-    if (argc < 3 || host == NULL)
+    if (argc != 3 || host == NULL)
         return 2;
     (void)signal(SIGPIPE, SIG_IGN);
     start(argv, host, &controller);

@@ -79,3 +79,29 @@ def test_others_wake_it_up() -> None:
     os.close(write)
     transport.close()
     peer.close()
+
+
+@pytest.mark.parametrize(
+    ("target", "error", "hint"),
+    [
+        ("nohost.local", socket.gaierror(-2, "Name or service not known"), "`wificnc discover` lists the controllers"),
+        ("192.0.2.1", TimeoutError("timed out"), "`wificnc discover` searches for it"),
+        ("192.0.2.1", OSError(113, "No route to host"), "`wificnc discover` searches for it"),
+        ("192.0.2.1", ConnectionRefusedError(111, "refused"), "`wificnc serve` on that computer listens at 192.0.2.1:"),
+        ("192.0.2.1:99", ConnectionRefusedError(111, "refused"), "a board listens at 192.0.2.1:23"),
+        ("localhost", ConnectionRefusedError(111, "refused"), "`wificnc serve` simulates a controller"),
+    ],
+)
+def test_where_to_look_for_a_controller(
+    monkeypatch: pytest.MonkeyPatch, target: str, error: OSError, hint: str
+) -> None:
+    """Not for a simulator where there is a name in a network."""
+
+    def refuse(*_: object) -> None:
+        raise error
+
+    monkeypatch.setattr(socket, "create_connection", refuse)
+    with pytest.raises(LinkError, match="cannot reach") as lost:
+        open_transport(target)
+    assert hint in (lost.value.hint or "")
+    assert ("wificnc serve" in (lost.value.hint or "")) == ("serve" in hint)

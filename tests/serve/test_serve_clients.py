@@ -8,6 +8,7 @@ import socket
 import struct
 import termios
 import threading
+import time
 from contextlib import ExitStack, suppress
 from pathlib import Path
 
@@ -167,6 +168,9 @@ def test_seventeenth_client_is_refused_in_words(server: Server) -> None:
         peer.close()
 
 
+BANNER_AFTER_S = 1.0  # targets/pc/serve.c
+
+
 def toggle_dtr(link: Path) -> None:
     """As a sender does on opening; a pty has no such line and may refuse."""
     fd = os.open(link, os.O_RDWR | os.O_NOCTTY)
@@ -190,6 +194,28 @@ def test_pty_is_opened_again_and_again(serve: Serve) -> None:
             peer.send("?$$\n")
         assert any(event.what == "disconnected" for event in events)
     assert os.readlink(link) == str(server.device)
+
+
+def test_a_pty_that_is_opened_prints_a_banner(serve: Serve) -> None:
+    """As a board that its serial port resets: some senders wait for it before they say anything. Each time."""
+    server = serve(pty=True)
+    assert server.options.pty
+    for _ in range(2):
+        with Peer.serial(server.options.pty) as peer:
+            peer.until(r"^Grbl 1\.1h \['\$' for help\]$")
+            assert peer.ask("G0X1")[-1] == "ok"
+
+
+def test_who_speaks_first_gets_no_banner(serve: Serve) -> None:
+    """It would read as a reset."""
+    server = serve(pty=True)
+    assert server.options.pty
+    with Peer.serial(server.options.pty) as peer:
+        assert peer.ask("G4P0") == ["ok"]
+        began = time.monotonic()
+        while time.monotonic() - began < 2 * BANNER_AFTER_S:
+            peer.send("?")
+            assert [line for line in peer.until("^<") if line.startswith("Grbl")] == []
 
 
 def test_pty_and_tcp_share_the_controller(serve: Serve) -> None:

@@ -90,6 +90,14 @@ def test_the_page_refuses_what_is_no_firmware_for_this_board(
     assert not there.slot.exists()
 
 
+def test_the_old_firmware_that_has_returned_is_no_success(there: Receiver, page: Page) -> None:
+    there.return_to_old()
+    choose(page, firmware())
+    install(page)
+    refused(page, "The old firmware has returned")
+    expect(page.get_by_text("The new firmware runs and stays")).to_have_count(0)
+
+
 def test_firmware_for_another_board_is_installed_only_on_purpose(there: Receiver, page: Page) -> None:
     data = firmware("mks-tinybee")
     page.get_by_label("Allow firmware for another board").check()

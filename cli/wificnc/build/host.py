@@ -22,6 +22,7 @@ from wificnc.build.lock import build_lock
 from wificnc.build.native import carried_library
 from wificnc.build.objects import Unit, compile_stale, failure, is_older, put_in_place
 from wificnc.build.platforms import System, sources_of, this_system
+from wificnc.checked.jsonfile import read_json
 from wificnc.errors import BuildError
 
 FOLDERS = ("core", "targets/net", "targets/pc", "targets/sim")  # sources
@@ -178,7 +179,7 @@ def _listed(directory: Path) -> object:
 
 def _load_json(path: Path) -> object:
     try:
-        return json.loads(path.read_text(encoding="utf-8"))
+        return read_json(path)
     except (OSError, ValueError):
         return None
 

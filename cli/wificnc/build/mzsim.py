@@ -12,6 +12,7 @@ from wificnc.build.compiler import Compiler, compiler_stamp, identify_compiler, 
 from wificnc.build.host import LIBRARY_NAME, WARNINGS
 from wificnc.build.lock import build_lock
 from wificnc.build.objects import Unit, compile_stale, failure, is_older, put_in_place
+from wificnc.checked.jsonfile import read_json
 
 # What a virtual chip shares with the firmware, from the repo's top.
 SHARED = {"espsim": ("core/base/sha256.c",)}
@@ -46,7 +47,7 @@ def _compiler(directory: Path) -> Compiler:
     stamp_file = directory / "compiler.json"
     stamp = [compiler_stamp(argv), *FLAGS]
     try:
-        stored = json.loads(stamp_file.read_text(encoding="utf-8"))
+        stored = read_json(stamp_file)
         if stored["stamp"] == stamp:
             return Compiler(argv, stored["family"], stored["version"])
     except (OSError, ValueError, TypeError, KeyError):

@@ -10,6 +10,7 @@ import shutil
 import subprocess
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -21,6 +22,7 @@ from wificnc.build.frames import FIRMWARE_BYTES, LARGER, frame_flags, frame_limi
 from wificnc.build.lock import build_lock
 from wificnc.build.mips import Choice, MipsCompiler, find_compiler, include_flags
 from wificnc.build.objects import Unit, compile_stale, failure, is_older
+from wificnc.checked.jsonfile import read_json
 from wificnc.chip.image import elf_symbols, read_elf, write_hex
 
 FOLDERS = ("core", "targets/chip", "targets/pic32mz")  # sources, and where headers are looked for
@@ -109,9 +111,10 @@ def _compiler_title(directory: Path, compiler: MipsCompiler) -> str:
     stamp_file = directory / "compiler.json"
     flags = [compiler.flags, compiler.fast, compiler.quick, compiler.library, compiler.link]
     stamp = json.dumps([compiler_stamp(compiler.argv), flags, LARGER, FAST, QUICK, LIBRARY, PREFIX_MAP])
-    stored = json.loads(stamp_file.read_text(encoding="utf-8")) if stamp_file.is_file() else {}
-    if stored.get("stamp") == stamp:
-        return str(stored["title"])
+    with suppress(OSError, ValueError, TypeError, KeyError):  # missing or damaged
+        stored = read_json(stamp_file)
+        if stored["stamp"] == stamp:
+            return str(stored["title"])
     title = identify_compiler(compiler.argv).title
     shutil.rmtree(directory / "obj", ignore_errors=True)
     stamp_file.write_text(json.dumps({"stamp": stamp, "title": title}), encoding="utf-8")

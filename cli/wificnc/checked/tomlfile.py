@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from wificnc.checked.bounded import SMALL_MAX, read_text
 from wificnc.checked.problem import FileProblems, KeyPath, Problem
 
 if sys.version_info >= (3, 11):
@@ -24,6 +25,8 @@ _STRING = re.compile(r'"""(?:\\.|[^\\])*?"{3,5}|\'\'\'.*?\'{3,5}|"(?:\\.|[^"\\])
 _SCALAR = re.compile(r"[^,\]}#\n]*")
 _SPACE = re.compile(r"(?:[ \t]|#[^\n]*)*")
 _SPACE_AND_LINES = re.compile(r"(?:\s|#[^\n]*)*")
+_DIGITS_MAX = sys.int_info.default_max_str_digits
+_LONG_NUMBER = re.compile(rf"(?:\d_?){{{_DIGITS_MAX + 1}}}")
 _ERROR_LINE = re.compile(r"^(.*?) \(at line (\d+), column (\d+)\)$", re.DOTALL)
 
 
@@ -157,7 +160,7 @@ def read_toml(path: Path) -> TomlFile:
         FileProblems: it cannot be read, is not UTF-8 or is not TOML.
     """
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_text(path, SMALL_MAX)
     except OSError as err:
         raise FileProblems([Problem(path, 1, "unreadable", "", err.strerror or str(err))]) from err
     except UnicodeDecodeError as err:
@@ -171,10 +174,18 @@ def read_toml(path: Path) -> TomlFile:
         raise FileProblems([Problem(path, 1, "syntax", "", "is nested too deeply")]) from err
     except tomllib.TOMLDecodeError as err:
         raise FileProblems([_syntax_problem(path, text, str(err))]) from err
+    except ValueError as err:  # of int(): more digits than Python converts
+        raise FileProblems([_long_number(path, text)]) from err
     try:
         return TomlFile(path, text, data, _Locator(text).run())
     except RecursionError as err:  # less deep than the parser goes
         raise FileProblems([Problem(path, 1, "syntax", "", "is nested too deeply")]) from err
+
+
+def _long_number(path: Path, text: str) -> Problem:
+    found = _LONG_NUMBER.search(text)
+    line = text.count("\n", 0, found.start()) + 1 if found else 1
+    return Problem(path, line, "syntax", "", f"has a number of more than {_DIGITS_MAX:,} digits")
 
 
 def _syntax_problem(path: Path, text: str, message: str) -> Problem:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from wificnc.board import paths
 from wificnc.board.model import Board
+from wificnc.checked.bounded import IMAGE_MAX, read_bytes
 from wificnc.errors import BuildError, UserError
 from wificnc.flash.plan import (
     APP_MAGIC,
@@ -60,7 +61,7 @@ def load_image(path: Path, board: Board) -> EspImage:
     if path.is_dir():
         return _from_folder(path, board)
     try:
-        data = path.read_bytes()
+        data = read_bytes(path, IMAGE_MAX)
     except OSError as err:
         hint = f"wificnc build {board.id}, then --on-chip build/{board.id}"
         raise UserError(f"cannot read the image {path}: {err.strerror}", hint=hint) from err

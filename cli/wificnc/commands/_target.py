@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 
 import rich_click as click
 
+from wificnc.link.access import KEY_VARIABLE
 from wificnc.link.client import Target
 from wificnc.link.port import BOARD_PORT, SERVE_PORT
 
@@ -21,7 +22,8 @@ _to = click.option(
     required=True,
     metavar="TARGET",
     help=f"The controller: [:KEY@]HOST[:PORT], or a serial port: /dev/ttyUSB0[?baud=115200], COM3. Without PORT: "
-    f"{BOARD_PORT}, on this computer {SERVE_PORT}. tcp:// and serial:// may precede them.",
+    f"{BOARD_PORT}, on this computer {SERVE_PORT}. tcp:// and serial:// may precede them.  "
+    f"Without KEY: {KEY_VARIABLE} of the environment, which other users of this computer cannot read.",
 )
 _take = click.option("--take", is_flag=True, help="Take control from the client that is in control now.")
 

@@ -19,6 +19,7 @@ from wificnc.build.esp32 import SIGNATURE
 from wificnc.build.signing import raw_signature
 from wificnc.chip.verify import verify_boot as boots
 from wificnc.commands._port import connected, port_option, progress_bars
+from wificnc.commands._secret import READ, Secret
 from wificnc.commands._target import json_option
 from wificnc.errors import BuildError, FlashError
 from wificnc.flash.find import firmware_folder
@@ -60,8 +61,8 @@ BANNER_S = 8.0  # its start, and WiFi's
 @click.option("--ota", "ota_host", metavar="HOST[:PORT]", help="Update over the network instead.")
 @click.option("--other-board", is_flag=True,
               help="For --ota: the controller runs the firmware of another board, and BOARD's is meant.")  # fmt: skip
-@click.option("--key", envvar="WIFICNC_KEY", show_envvar=True,
-              help="For --ota: the controller's access key. Prompted for if not given.")  # fmt: skip
+@click.option("--key", type=Secret(), envvar="WIFICNC_KEY", show_envvar=True,
+              help="For --ota: the controller's access key. Prompted for if not given. " + READ)  # fmt: skip
 @click.option("--tool", type=click.Choice([*(runner.name for runner in RUNNERS), OWN]),
               help="PIC32MZ only: the programmer; uhb is built in and uses the board's USB bootloader.")  # fmt: skip
 @json_option

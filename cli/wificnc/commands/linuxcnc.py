@@ -14,6 +14,7 @@ import rich_click as click
 from wificnc import ui
 from wificnc.checked import paths
 from wificnc.commands._output import OutputFolder
+from wificnc.commands._secret import READ, Secret
 from wificnc.commands._target import json_option
 from wificnc.errors import UserError
 from wificnc.linuxcnc import halcompile
@@ -117,7 +118,8 @@ def init(machine: str, address: str | None, out: Path | None, homes: bool | None
 
 @command.command()
 @click.argument("folder", type=click.Path(path_type=Path, file_okay=False, exists=True))
-@click.option("--key", envvar="WIFICNC_KEY", show_envvar=True, help="The access key. Prompted for if not given.")
+@click.option("--key", type=Secret(), envvar="WIFICNC_KEY", show_envvar=True,
+              help="The access key. Prompted for if not given. " + READ)  # fmt: skip
 def pair(folder: Path, key: str | None) -> None:
     """Store the access key of the controller in the configuration in FOLDER, once the controller has accepted it.
 

@@ -11,6 +11,7 @@ from urllib.parse import quote
 import rich_click as click
 
 from wificnc import ui
+from wificnc.commands._secret import READ, Secret
 from wificnc.commands._target import json_option
 from wificnc.errors import LinkError, RefusedError, UserError
 from wificnc.link.target import NetworkTarget, parse_target
@@ -36,7 +37,8 @@ class Trusted:
               help="How long this computer's address is trusted; no: not any more.")  # fmt: skip
 @click.option("--list", "lists", is_flag=True, help="List the trusted addresses instead.")
 @click.option("--revoke", metavar="ADDRESS", help="End the trust in this address instead; all: in every one.")
-@click.option("--key", envvar="WIFICNC_KEY", show_envvar=True, help="The access key. Prompted for if not given.")
+@click.option("--key", type=Secret(), envvar="WIFICNC_KEY", show_envvar=True,
+              help="The access key. Prompted for if not given. " + READ)  # fmt: skip
 @json_option
 def command(target: str, span: str, lists: bool, revoke: str | None, key: str | None, as_json: bool) -> None:
     """Log in to a controller, so that senders on this computer that cannot log in may command it.

@@ -8,8 +8,10 @@ import rich_click as click
 from rich.table import Table
 
 from wificnc import ui
+from wificnc.checked.bounded import IMAGE_MAX, read_bytes
 from wificnc.commands._output import OutputFile
 from wificnc.commands._port import connected, port_option, progress_bars
+from wificnc.commands._secret import ASKED, Secret
 from wificnc.commands._target import json_option
 from wificnc.commands.flash import esp32_board, esp32_partitions
 from wificnc.errors import Exit, FlashError, UserError
@@ -43,8 +45,9 @@ def command() -> None:
               help="- is stdout.")  # fmt: skip
 @click.option("--board", "board_ref", metavar="BOARD", help="Check that the machine fits this board.")
 @click.option("--ssid", help="Name of the WiFi network to join.")
-@click.option("--wifi-password", help="Its password.")
-@click.option("--access-key", help="Of network clients and updates. Without one the controller makes its own.")
+@click.option("--wifi-password", type=Secret(), help="Its password. " + ASKED)
+@click.option("--access-key", type=Secret(),
+              help="Of network clients and updates. Without one the controller makes its own. " + ASKED)  # fmt: skip
 @click.option("--http-name", "http_names", multiple=True, metavar="NAME",
               help="A name of your network that leads to the page, such as shop.lan; repeatable.")  # fmt: skip
 @click.option("--set", "numbers", multiple=True, metavar="KEY=N", help="A key of protocol/nvs.toml, such as p_sx=4.")
@@ -88,7 +91,7 @@ def build(
 @json_option
 def read(file: Path | None, port: str | None, output: Path | None, show_secrets: bool, as_json: bool) -> None:
     """Show the contents of FILE, or of the board at the port."""
-    data = file.read_bytes() if file is not None else read_board(port)
+    data = read_bytes(file, IMAGE_MAX) if file is not None else read_board(port)
     image = read_image(data)
     if output is not None:
         write_output("--output", output, data)
@@ -112,7 +115,7 @@ def read(file: Path | None, port: str | None, output: Path | None, show_secrets:
 @json_option
 def flash(file: Path, port: str | None, dry_run: bool, as_json: bool) -> None:
     """Write an image to the board. It replaces everything stored there."""
-    data = file.read_bytes()
+    data = read_bytes(file, IMAGE_MAX)
     image = read_image(data)
     warn_of_damage(image)
     if image.damaged:
@@ -136,7 +139,8 @@ def flash(file: Path, port: str | None, dry_run: bool, as_json: bool) -> None:
 @json_option
 def diff(first: Path, second: Path, show_secrets: bool, as_json: bool) -> None:
     """Show which keys differ between two images. Exit code 1 if there are differences."""
-    found = differences(read_image(first.read_bytes()), read_image(second.read_bytes()), show_secrets)
+    images = [read_image(read_bytes(file, IMAGE_MAX)) for file in (first, second)]
+    found = differences(*images, show_secrets)
     if as_json:
         ui.emit_json([{"key": key, "first": one, "second": two} for key, _, one, two in found])
     elif found:

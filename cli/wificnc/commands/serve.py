@@ -16,6 +16,7 @@ from wificnc import __version__, ui
 from wificnc.board.load import load_board
 from wificnc.board.model import Board
 from wificnc.commands._chip import chip_image, on_chip_option
+from wificnc.commands._secret import ASKED, Secret
 from wificnc.errors import ServeError, UserError
 from wificnc.link.access import KEY_MAX, make_key, normal_key
 from wificnc.machine import Machine, load_machine
@@ -72,8 +73,10 @@ NOWHERE = Address("127.0.0.1", 0)  # of the controller, when only the page is to
 @click.option(
     "--key",
     envvar="WIFICNC_KEY",
+    show_envvar=True,
     default="",
-    help="Access key of network clients: $LOGIN=key. Made where it is needed.",
+    type=Secret(),
+    help="Access key of network clients: $LOGIN=key. Made where it is needed. " + ASKED,
 )
 @click.option("--open", "is_open", is_flag=True, help="Let every computer of the network command, without a key.")
 @click.option(

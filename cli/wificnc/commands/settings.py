@@ -13,6 +13,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from wificnc import ui
+from wificnc.checked.bounded import SMALL_MAX, read_text
 from wificnc.checked.tomlfile import read_toml
 from wificnc.commands._output import OutputFile
 from wificnc.commands._target import controller_option, json_option
@@ -195,7 +196,7 @@ def read_values(file: str) -> Values:
     """Of an exported file, of what `$$` printed, or of a machine profile: that has a name."""
     path = Path(file)
     with suppress(OSError):  # read_toml() reports it
-        text = path.read_text(encoding="utf-8", errors="replace")
+        text = read_text(path, SMALL_MAX, errors="replace")
         if has_dollar_lines(text):
             return read_dollar_lines(path, text)
     is_profile = "name" in read_toml(path).data if path.is_file() else not path.suffix and path.name == file

@@ -17,6 +17,7 @@ from wificnc.commands._program import max_lines_option, progress_bar
 from wificnc.errors import Exit, UserError
 from wificnc.machine import load_machine
 from wificnc.output import STDOUT
+from wificnc.protocol import load_settings
 from wificnc.sim.job import SimResult
 from wificnc.sim.report import AXIS_COLUMNS, axis_rows, error_line, laser_warning, report_json, summary_rows
 from wificnc.sim.run import SimOptions, check_axes, parse_setting, simulate
@@ -68,7 +69,7 @@ def command(
     if json_path is not None and json_file is None:
         ui.emit_json(report_json(result))
     else:
-        _print_result(result)
+        _print_result(result, machine is not None)
     _print_remarks(result)
     for path in (json_file, plot, trace):
         if path:
@@ -108,7 +109,7 @@ def compared(result: ChipResult) -> str:
     return f"another one at event {result.first_difference:,}{where}"
 
 
-def _print_result(result: SimResult) -> None:
+def _print_result(result: SimResult, has_machine: bool) -> None:
     summary = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
     summary.add_column(style="dim")
     summary.add_column()
@@ -120,6 +121,9 @@ def _print_result(result: SimResult) -> None:
     for row in axis_rows(result):
         axes.add_row(*row)
     ui.data.print(f"[bold]{escape(result.file)}[/]")
+    if not has_machine:
+        mm_s2 = load_settings()["acceleration_mm_s2"].default
+        ui.data.print(f"[dim]no --machine: Grbl's default settings, with {mm_s2:g} mm/s²[/]")
     ui.data.print(summary)
     ui.data.print(axes)
 

@@ -9,6 +9,7 @@ import rich_click as click
 from wificnc import ui
 from wificnc.commands._port import connected, port_option, progress_bars
 from wificnc.commands._qr import show_qr
+from wificnc.commands._secret import READ, Secret
 from wificnc.commands._target import json_option
 from wificnc.commands.flash import esp32_partitions
 from wificnc.errors import FlashError
@@ -26,7 +27,8 @@ def command() -> None:
 @command.command("set")
 @click.argument("ssid")
 @port_option
-@click.option("--password", help="Password of the network; prompted for if not given. Empty for an open network.")
+@click.option("--password", type=Secret(),
+              help="Its password, empty for an open network. Prompted for if not given. " + READ)  # fmt: skip
 def set_network(ssid: str, port: str | None, password: str | None) -> None:
     """Connect the board to the network SSID."""
     changes = [text_entry("wifi_ssid", ssid)]

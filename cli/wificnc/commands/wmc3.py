@@ -13,6 +13,7 @@ import rich_click as click
 from rich.table import Table
 
 from wificnc import ui
+from wificnc.commands._secret import ASKED, Secret
 from wificnc.commands._target import json_option
 from wificnc.errors import Exit, UserError
 from wificnc.wmc3.channels import (
@@ -69,7 +70,8 @@ key_option = click.option(
     envvar="WIFICNC_KEY",
     show_envvar=True,
     default="",
-    help="Access key, if the device is locked.",
+    type=Secret(),
+    help="Access key, if the device is locked. " + ASKED,
 )
 
 

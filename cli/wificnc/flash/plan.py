@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import json
 import re
 import struct
 from dataclasses import dataclass
@@ -11,6 +10,8 @@ from pathlib import Path
 
 from wificnc.board.load import find_boards
 from wificnc.board.model import Board
+from wificnc.checked.bounded import IMAGE_MAX, read_bytes
+from wificnc.checked.jsonfile import read_json
 from wificnc.errors import FlashError
 
 # Chip ids of images (ESP-IDF, esp_app_format.h), and where their first loader looks for the second one.
@@ -128,7 +129,7 @@ def _check_build(folder: Path, board: Board) -> None:
     if not record_path.is_file():
         raise FlashError(f"no build found for {board.id} in {folder}", hint=hint)
     try:
-        record = json.loads(record_path.read_text(encoding="utf-8"))
+        record = read_json(record_path)
         sums = {row["name"]: row["sha256"] for row in record["artefacts"]}
         if record["board"] != board.id:
             raise FlashError(f"{record_path} is a build of {record['board']}, not of {board.id}", hint=hint)
@@ -146,7 +147,7 @@ def _check_build(folder: Path, board: Board) -> None:
 
 def _image(path: Path, chip: str) -> bytes:
     """An image whose head and checksums are right. Raises FlashError."""
-    data = path.read_bytes()
+    data = read_bytes(path, IMAGE_MAX)
     if len(data) < 112 or data[0] != IMAGE_MAGIC:
         raise FlashError(f"{path} is not an ESP32 image")
     (chip_id,) = struct.unpack_from("<H", data, 12)

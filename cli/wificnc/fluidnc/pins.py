@@ -9,7 +9,7 @@ from typing import Any
 from wificnc.fluidnc.remarks import Remarks
 from wificnc.fluidnc.tree import Section
 
-_PIN = re.compile(r"^(?P<bus>gpio|i2so)\.(?P<number>\d+)(?P<options>(:[a-z0-9.]+)*)$", re.IGNORECASE | re.ASCII)
+_PIN = re.compile(r"^(?P<bus>gpio|i2so)\.(?P<number>\d{1,3})(?P<options>(:[a-z0-9.]+)*)$", re.IGNORECASE | re.ASCII)
 SHIFTED = "I2SO."  # an output of a shift register
 _BUSES = {"gpio": "GPIO", "i2so": SHIFTED}
 _PULLS = {"pu": "up", "pd": "down"}

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import yaml
 
+from wificnc.checked.bounded import SMALL_MAX, read_text
 from wificnc.checked.problem import FileProblems, Problem
 from wificnc.fluidnc.remarks import Remarks
 
@@ -147,7 +148,7 @@ def read_fluidnc(path: Path) -> Section:
         FileProblems: it cannot be read, is no YAML, or is no configuration of FluidNC.
     """
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_text(path, SMALL_MAX)
     except OSError as err:
         raise FileProblems([Problem(path, 1, "unreadable", "", err.strerror or str(err))]) from err
     except UnicodeDecodeError as err:

@@ -10,6 +10,7 @@ import secrets
 LETTERS = "0123456789abcdefghjkmnpqrstvwxyz"  # Crockford's: none is like another
 GROUPS, GROUP = 4, 5
 KEY_MAX = 63  # bytes without dashes and spaces
+KEY_VARIABLE = "WIFICNC_KEY"  # of the environment; arguments can be read by all
 LABEL = b"WiFiCNC login\0\0\0"
 # Fewer rounds let a rogue controller guess the key from the proof; six digits are some 0.1 s of a computer.
 ROUNDS_MIN = 1000

@@ -105,10 +105,12 @@ def _quoting(*meant: Known) -> str:
 
 
 def assignment(text: str) -> tuple[int, str]:
-    """`max_rate_mm_min.x=5000` or `$22=on` as number and value: on and true are 1, off and false 0. Raises UserError."""
+    """`max_rate_mm_min.x=5000` or `$22=on` as number and value: on is 1, off is 0. Raises UserError."""
     key, equals, value = text.partition("=")
     if not equals or not value.strip():
-        raise UserError(f"{text!r} is not an assignment", hint="NAME=VALUE, like max_rate_mm_min.x=5000")
+        raise UserError(
+            f"{text!r} is not an assignment", hint="a setting looks like max_rate_mm_min.x=5000 or '$110=5000'"
+        )
     number = find(key.strip())
     return number, {"on": "1", "true": "1", "off": "0", "false": "0"}.get(value.strip().lower(), value.strip())
 
@@ -207,7 +209,7 @@ def read_file(path: Path) -> Values:
     return values
 
 
-_DOLLAR = re.compile(r"\$(\d{1,5})\s*=\s*(-?\d*\.?\d+)\s*(?:[(;].*)?")
+_DOLLAR = re.compile(r"\$(\d{1,5})\s*=\s*(-?\d{0,20}\.?\d{1,20})\s*(?:[(;].*)?")
 _NO_SETTING = re.compile(r"(?:ok|\$\$|[;(#<\[].*|Grbl .*)?")
 
 
@@ -278,4 +280,6 @@ def _fault(row: Setting, value: Any) -> str | None:
         return None if isinstance(value, bool) else "must be true or false"
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return "must be a number"
+    if not row.min <= value <= row.max:  # also infinity, and what is no number
+        return f"must be {row.min:g} to {row.max:g}"
     return "must be a whole number" if row.type != "float" and value != int(value) else None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import os
 import select
 import socket
 import sys
@@ -13,7 +14,7 @@ from typing import Protocol
 import serial
 
 from wificnc.errors import LinkError, RefusedError
-from wificnc.link.access import login_proof
+from wificnc.link.access import KEY_VARIABLE, login_proof
 from wificnc.link.port import BOARD_PORT, SERVE_PORT
 from wificnc.link.target import NetworkTarget, is_this_computer, parse_target
 
@@ -97,7 +98,10 @@ class SocketTransport:
         if proof is not None:
             said = self._ask(b"$LOGIN=" + proof + b"\n")
         if b"rong access key" in said:
-            raise RefusedError(f"{self.name} refuses the access key")
+            hint = (
+                f"the key is after the : of --to, or in the variable {KEY_VARIABLE}, which may be another controller's"
+            )
+            raise RefusedError(f"{self.name} refuses the access key", hint)
         self._ahead = said.partition(b"ok\r\n")[2]
 
     def _ask(self, line: bytes) -> bytes:
@@ -181,24 +185,29 @@ def _open_tcp(target: NetworkTarget) -> SocketTransport:
     try:
         connection = socket.create_connection((target.host, target.port), CONNECT_TIMEOUT_S)
     except OSError as err:
-        serve = "`wificnc serve` simulates one"
-        if not is_this_computer(target.host):
-            at = f"{host}:{SERVE_PORT}" if target.port == BOARD_PORT else f"{host}:{BOARD_PORT}"
-            serve = f"`wificnc serve` listens at {at}" if target.port == BOARD_PORT else f"a board listens at {at}"
-        raise LinkError(
-            f"cannot reach {name}: {err.strerror or err}",
-            hint=f"check that the controller is on and on this network; {serve}",
-        ) from err
+        raise LinkError(f"cannot reach {name}: {err.strerror or err}", _where_to_look(target, host, err)) from err
     connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
     transport = SocketTransport(connection, name)
-    if target.key:
+    if key := target.key or os.environ.get(KEY_VARIABLE, ""):
         try:
-            transport.log_in(target.key)
+            transport.log_in(key)
         except BaseException:
             transport.close()
             raise
     return transport
+
+
+def _where_to_look(target: NetworkTarget, host: str, err: OSError) -> str:
+    if is_this_computer(target.host):
+        return "`wificnc serve` simulates a controller on this computer"
+    if isinstance(err, socket.gaierror):
+        return "check the name; `wificnc discover` lists the controllers of this network"
+    if not isinstance(err, ConnectionRefusedError):
+        return "check that the controller is on and on this network; `wificnc discover` searches for it"
+    if target.port == BOARD_PORT:
+        return f"no controller listens at this port; `wificnc serve` on that computer listens at {host}:{SERVE_PORT}"
+    return f"no controller listens at this port; a board listens at {host}:{BOARD_PORT}"
 
 
 def _lost(name: str, err: Exception) -> LinkError:

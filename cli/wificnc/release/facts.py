@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import subprocess
 from collections.abc import Mapping, Sequence
@@ -13,6 +12,7 @@ from wificnc.board.load import find_boards, load_board
 from wificnc.board.model import Board
 from wificnc.build.esp32 import git_revision
 from wificnc.build.mips import find_compiler
+from wificnc.checked.jsonfile import read_json
 from wificnc.errors import BuildError, ReleaseError
 from wificnc.release.plan import Source
 
@@ -65,7 +65,7 @@ def _esp32_missing(record: Path, source: Source, board: Board) -> str | None:
     if not record.is_file():
         return NEEDS_WORKFLOW.format(board=board.id)
     try:
-        facts = json.loads(record.read_text(encoding="utf-8"))
+        facts = read_json(record)
         revision, kind = facts.get("revision", "unknown"), facts.get("kind", "release")
     except (ValueError, AttributeError):
         return None

@@ -15,11 +15,11 @@ from wificnc.build.checkout import checkout_root
 from wificnc.build.host import SYSTEM, build_program, ensure_host_library, variant_directory
 from wificnc.build.native import carried_server, server_name
 from wificnc.errors import ServeError
+from wificnc.link.access import KEY_VARIABLE
 from wificnc.serve.options import ServeOptions, program_arguments
 from wificnc.serve.store_file import store_failure
 
 END_SECONDS = 5.0
-KEY_VARIABLE = "WIFICNC_KEY"
 
 
 @dataclass(frozen=True)

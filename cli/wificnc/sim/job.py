@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import astuple, dataclass, field
 from pathlib import Path
 
+from wificnc.checked.bounded import JOB_MAX, read_bytes
 from wificnc.errors import JobError, UserError
 from wificnc.job.ending import Ending
 from wificnc.job.program import code_of
@@ -410,7 +411,7 @@ def read_job(path: Path) -> bytes:
         JobError: it is missing, empty, not readable, or no text in a code the controller knows.
     """
     try:
-        text = path.read_bytes()
+        text = read_bytes(path, JOB_MAX)
     except FileNotFoundError as err:
         raise JobError(f"file not found: {path}") from err
     except IsADirectoryError as err:

@@ -96,7 +96,7 @@ def parse_setting(text: str) -> str:
     except UserError as err:
         raise UserError(f"--set {text!r}: {err.message}", err.hint) from err
     if not VALUE.fullmatch(value):
-        raise UserError(f"--set {text!r}: {value!r} is not a number", hint="like max_rate_mm_min.x=5000")
+        raise UserError(f"--set {text!r}: {value!r} is not a number", hint="a setting looks like '$110=5000'")
     return f"${number}={value}"
 
 

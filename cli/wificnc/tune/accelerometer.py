@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
+from wificnc.checked.bounded import JOB_MAX, read_text
 from wificnc.errors import UserError
 from wificnc.tune.motion import Floats
 
@@ -67,7 +68,7 @@ def read_log(path: Path, axis: str, time_unit: str | None = None) -> Log:
 def _rows(path: Path) -> list[tuple[int, list[str]]]:
     """(line number, cells) of the header and all rows."""
     try:
-        text = path.read_text(encoding="utf-8-sig", errors="replace")
+        text = read_text(path, JOB_MAX, errors="replace")
     except OSError as err:
         raise UserError(f"cannot read {path}: {err.strerror}") from err
     lines = [(number, line) for number, line in enumerate(text.splitlines(), 1) if line.strip()]

@@ -41,6 +41,8 @@ export async function writeNetworkPins(board: Board, key: string): Promise<void>
   const body = JSON.stringify({ ...Object.fromEntries(pins), restart: true, key });
   await call({ method: "POST", headers: { "Content-Type": "application/json" }, body });
   await reachNew(key, "pins");
-  changes.value = new Map([...changes.value].filter(([name]) => !pins.has(name)));
   await readNetworkPins(board);
+  const isOld = rows.some((row) => pins.has(row.key) && (networkPins.value?.get(row.key) ?? ownPin(board, row)) !== pins.get(row.key));
+  if (isOld) throw new FirmwareError(t`The pins before have returned`, t`The controller has restarted again before it was reached. Store them again.`);
+  changes.value = new Map([...changes.value].filter(([name]) => !pins.has(name)));
 }
