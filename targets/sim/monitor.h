@@ -13,6 +13,8 @@
  *   beam      with $32=1 the controller has power on only while a cut is executed, in Run or until a hold
  *             rests, or to aim in Idle
  *
+ *   rests     in the times of an ESP32 no task works for longer than it may without a rest (task_rest.h)
+ *
  *   liveness  what moves or owes an answer gets further, or waits for something that has a name
  *
  * The first thing found is kept in words. */

@@ -8,11 +8,13 @@ from pathlib import Path
 
 import pytest
 from board_keys import published_keys
+from esp32_registers import FLAGS, build_folder, chip_folder, objects
 from patience import HANG_S
 from slow import slow_but
 from wificnc.board.header import pin_header_text, write_if_changed
 from wificnc.board.load import find_boards, load_board
 from wificnc.build.checkout import checkout_root
+from wificnc.build.compiler import locate_compiler
 from wificnc.build.host import build_program
 
 HERE = Path(__file__).parent
@@ -102,3 +104,15 @@ def test_outputs_are_those_of_the_board_file(board_id: str) -> None:
     keys = published_keys(board.path)
     assert pins == [value for key, value in sorted(keys.items()) if key not in FACTS]
     assert facts == [keys[key] for key in FACTS]
+
+
+@pytest.mark.parametrize("chip", ["esp32", "esp32s3"])
+def test_tasks_rest_whatever_waits(chip: str, tmp_path: Path) -> None:
+    """The loops of the firmware's own tasks; all else is made up."""
+    board = load_board({"esp32": "esp32-wroom32", "esp32s3": "esp32s3-devkitc"}[chip])
+    headers = chip_folder(board, chip, build_folder(f"rests-{chip}"))
+    sources = [HERE / "rests.c", ESP32 / "main/run.c", ESP32 / "app/motion_task.c"]
+    program = tmp_path / "rests"
+    subprocess.run([*locate_compiler(), *FLAGS, *map(str, objects(sources, headers)), "-o", str(program)], check=True)
+    done = subprocess.run([program], capture_output=True, text=True, timeout=HANG_S, check=False)
+    assert done.returncode == 0, done.stdout
