@@ -4,6 +4,7 @@
  *
  * The storage is read before the outputs, because it says which pins they are on; until then the pins do what
  * they do from reset. */
+#include "app/entropy.h"
 #include "app/task_map.h"
 #include "firmware.h"
 #include "pin_config.h"
@@ -40,6 +41,7 @@ void app_main(void) {
                                                .out = 16384,
                                                .left = 2048};
     struct complaints complaints = {.text = ""};
+    entropy_start(); /* it takes the ADC and I2S, which drives outputs later */
     firmware.guard = &guard;
     enum nvs_start kept = nvs_flash_ops_open(&firmware.store);
     /* Before anything that may have been the cause of a crash. */
