@@ -132,6 +132,9 @@ bool machine_poll_motion(struct machine *machine) {
     (void)machine;
     return busy.spans;
 }
+void restart_note_moves(struct restart_note *note, bool moves) {
+    (void)note, (void)moves;
+}
 void boot_guard_healthy(struct boot_guard *kept) {
     (void)kept;
 }

@@ -93,6 +93,7 @@ void firmware_run_controller(void *ctx) {
         uint32_t now_us = begin_round(firmware);
         follow_poll(&firmware->follow);
         check_steps(firmware);
+        restart_note_moves(firmware->note, !machine_is_at_rest(&firmware->machine));
         show_led(controller_light(firmware), now_us);
         bool more = serve_network(firmware, now_us);
         firmware_keep_trust(firmware);
