@@ -4,6 +4,7 @@
 #include "host_inner.h"
 
 #include "input/line_reader.h"
+#include "task_periods.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -11,6 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* A task without a rest: as long as it may, and the round in which that time ended. */
+enum { ROUNDS_MAX = ESP32_WORK_MAX_US / ESP32_ROUND_US + 1 };
 enum { SAID_SIZE = 160, FOUND_SIZE = 240, AHEAD_MAX = 1 << 12 };
 
 #define WINDOWS_A_S   100u /* of 10 ms */
@@ -284,6 +287,13 @@ static void check_stops(struct monitor *monitor) {
     leave->remote = remote;
 }
 
+/* In the ESP32's periods. */
+static void check_rests(struct monitor *monitor) {
+    const struct tasks *tasks = &monitor->host->tasks;
+    if (tasks->rests && tasks_rounds_max(tasks) > ROUNDS_MAX)
+        found(monitor, "a task has worked %u rounds without a rest", (unsigned)tasks_rounds_max(tasks));
+}
+
 static void looked(void *ctx, bool controller) {
     struct monitor *monitor = ctx;
     const struct machine *machine = &monitor->host->machine;
@@ -299,6 +309,7 @@ static void looked(void *ctx, bool controller) {
         check_stops(monitor);
     if ((monitor->checks & MONITOR_LIVENESS) != 0)
         check_liveness(monitor);
+    check_rests(monitor);
     if (limits_changed(monitor) || is_exempt(monitor))
         forget_windows(monitor);
     monitor->state = machine->life.state;

@@ -15,6 +15,7 @@
  *
  *   stops     behind a stop (! 0x84 0x85 0x18, a button, the door, whatever the controller counts as one) a
  * hold or door ends only by a reset, or by a ~, start button or packet that came after it
+ *   rests     in the times of an ESP32 no task works for longer than it may without a rest (task_rest.h)
  *
  *   liveness  what moves or owes an answer gets further, or waits for something that has a name
  *
