@@ -18,7 +18,9 @@ const STEPS = [0.01, 0.1, 1, 10, 100] as const;
 const HELD = 0;
 const FEED_MIN = 10;
 const FEED_USUAL = 1000;
-/** Of a machine that has not said how fast it is. */
+/** X, Y and Z. */
+const LINEAR = 3;
+/** Of a machine that has not reported how fast it is. */
 const FEED_MOST = 100_000;
 const MAX_RATE = settingNumber("max_rate_mm_min");
 
@@ -120,7 +122,7 @@ function hold(direction: Direction, by: string): void {
 }
 
 function fastest(): number {
-  const rates = [...AXES].map((_, i) => Number(controller.settings.value.get(MAX_RATE + i) ?? 0));
+  const rates = [...AXES].slice(0, LINEAR).map((_, i) => Number(controller.settings.value.get(MAX_RATE + i) ?? 0));
   return Math.max(...rates) || FEED_MOST;
 }
 
@@ -168,7 +170,7 @@ function JogCard(): JSX.Element {
         </label>
       </div>
       <p class={`small soft hide-narrow ${keyboard.value ? "" : "unseen"}`}>
-        {t`Arrow keys jog X and Y, two held at once diagonally. Page Up and Page Down jog Z. Escape stops.`}
+        {t`Arrow keys jog X and Y, two held together diagonally. Page Up and Page Down jog Z. Escape stops.`}
       </p>
     </Card>
   );
