@@ -2,7 +2,7 @@
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect, useLayoutEffect } from "preact/hooks";
-import { attempt, controller, fail, failure, job, noLines, noMotion } from "../app";
+import { attempt, axesShown, controller, fail, failure, job, noLines, noMotion } from "../app";
 import { combined, heldFeed, Jogger, type Direction } from "../link/jog";
 import { AXES, settingNumber, type RealtimeName } from "../tables";
 import { Button, Card, Check, Icon, Progress, Segments, type IconName } from "./parts";
@@ -135,7 +135,7 @@ function JogCard(): JSX.Element {
   useKeyboard(keyboard.value);
   const can = canJog();
   useEffect(() => void (can || jogger.end()), [can]);
-  const has = (key: JogKey): boolean => Object.keys(key.direction).every((axis) => AXES.indexOf(axis) < (controller.axisCount.value || 3));
+  const has = (key: JogKey): boolean => Object.keys(key.direction).every((axis) => AXES.indexOf(axis) < axesShown.value);
   const turning = TURNING.filter(has);
   return (
     <Card title={t`Jog`} tools={<Check label={t`Keyboard`} checked={keyboard.value} onChange={(on) => (keyboard.value = on)} />}>

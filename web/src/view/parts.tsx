@@ -57,7 +57,7 @@ export interface ButtonProps {
   testId?: string;
 }
 
-export type Machine = "starts" | "stops" | "sets";
+type Machine = "starts" | "stops" | "sets";
 
 export function Button(props: ButtonProps): JSX.Element {
   const { kind = "plain", size = "usual", icon, label, children } = props;
