@@ -52,6 +52,10 @@ function unlessIn(...states: string[]): string {
 const MM_PER_INCH = 25.4;
 const REPORTS_IN_INCHES = settingNumber("report_inches");
 
+let shownAxes = 3;
+/** Axes whose rows and buttons are shown: those of the last machine stay while the next one has not reported, and nothing moves. */
+export const axesShown = computed(() => (shownAxes = controller.axisCount.value || shownAxes));
+
 /** The state of the connected machine before a job, once it has said all of it. */
 export const standing = computed<Standing>(() => {
   const [settings, machine] = [controller.settings.value, controller.machinePosition.value];

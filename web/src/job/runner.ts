@@ -11,7 +11,7 @@ import { t } from "../words";
 
 export type JobState = "none" | "ready" | "running" | "stopping" | "done" | "stopped" | "failed" | "lost" | "left";
 
-export const ENDED: ReadonlySet<string> = new Set<JobState>(["done", "stopped", "failed", "lost", "left"]);
+const ENDED: ReadonlySet<string> = new Set<JobState>(["done", "stopped", "failed", "lost", "left"]);
 const HELD = new Set(["Hold", "Door"]);
 const AT_REST = new Set(["Idle", "Check"]);
 /** Reports in a row from one place, after which the machine is at rest. */
