@@ -141,5 +141,8 @@ void reset_tell_way_out(struct machine *machine) {
         return;
     machine->life.release_told = pressed;
     machine->life.critical_untold = pressed;
-    report_message(machine, pressed ? "Release the emergency stop" : "Reset to continue");
+    if (pressed && !machine->life.estop_was_released)
+        report_message(machine, "E-stop open since start: close its contact, or see $749");
+    else
+        report_message(machine, pressed ? "Release the emergency stop" : "Reset to continue");
 }
