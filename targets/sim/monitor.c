@@ -314,7 +314,9 @@ static void looked(void *ctx, bool controller) {
         forget_windows(monitor);
     monitor->state = machine->life.state;
     monitor->critical = machine->life.critical;
-    monitor->estop = (monitor->host->hal.virtual_machine.levels >> VIRTUAL_ESTOP & 1) != 0;
+    struct hal_inputs inputs;
+    hal_inputs_read(&monitor->host->hal, &inputs);
+    monitor->estop = inputs.estop;
 }
 
 /* ---- lines ---- */

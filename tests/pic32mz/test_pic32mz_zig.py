@@ -125,7 +125,7 @@ def test_settings_and_switches(controller: Controller, board: Board) -> None:
     assert "$130=300.000\r\n" in controller.send("$$")
     controller.fine("G91G1X5F600")
     controller.run(0.1)
-    controller.at(0.0, "estop", 0)
+    controller.at(0.0, "estop", 1)
     controller.run(0.001)
     stood = controller.stands()
     controller.run(1.0)
