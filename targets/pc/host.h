@@ -158,6 +158,7 @@ bool host_is_busy(const struct host *host);
 /** For a pendant next to the sender: machine/pendant.h. */
 enum machine_reads host_reads(const struct host *host);
 void host_pendant_lost(struct host *host);
+uint32_t host_drop_unread(struct host *host);
 void host_set_mpg(struct host *host, bool on);
 
 /** Virtual time, ticks of the board's timer from power-on. */
