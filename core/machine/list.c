@@ -172,6 +172,7 @@ void list_build(struct machine *machine) {
     text_string(&machine->out, ",");
     text_int(&machine->out, RX_SIZE);
     text_string(&machine->out, "]\r\n");
+    report_start(machine, "[START:", "]\r\n");
     report_underruns(machine);
     report_gaps(machine);
 }

@@ -75,6 +75,20 @@ void report_alarm(struct machine *machine, enum alarm alarm) {
 
 void report_banner(struct machine *machine) {
     text_string(&machine->out, "\r\nGrbl 1.1h ['$' for help]\r\n");
+    machine->reports.start_due = true;
+}
+
+void report_start(const struct machine *machine, const char *before, const char *behind) {
+    enum { DIGITS = 8, BITS = 4 };
+    char text[DIGITS + 1];
+    if (machine->board.start_id == 0)
+        return;
+    for (unsigned n = 0; n < DIGITS; n++)
+        text[n] = "0123456789abcdef"[machine->board.start_id >> (BITS * (DIGITS - 1 - n)) & 15];
+    text[DIGITS] = '\0';
+    text_string(&machine->out, before);
+    text_string(&machine->out, text);
+    text_string(&machine->out, behind);
 }
 
 void report_changed_offset(struct machine *machine) {

@@ -554,6 +554,10 @@ uint32_t host_drop_unread(struct host *host) {
     return dropped;
 }
 
+void host_set_start(struct host *host, uint32_t start_id) {
+    host->machine.board.start_id = start_id;
+}
+
 void host_set_mpg(struct host *host, bool on) {
     machine_set_mpg(&host->machine, on);
 }

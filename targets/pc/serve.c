@@ -381,6 +381,9 @@ struct serve *serve_create(const struct serve_options *options, struct serve_fai
         serve_destroy(serve);
         return NULL;
     }
+    uint32_t start_id;
+    port_random((uint8_t *)&start_id, sizeof start_id);
+    host_set_start(serve->host, start_id | 1u);
     serve_clock_start(&serve->clock, options->speed, options->board.timer_hz, host_time_ticks(serve->host));
     return serve;
 }

@@ -34,6 +34,8 @@ export const noLines = computed(() => {
   if (HELD.has(controller.state.value)) return t`The machine is in a hold: press Resume, or Reset to discard the rest.`;
   return "";
 });
+/** Why nothing may move to a place that was set before; "": it may. */
+export const noPlace = computed(() => (controller.positionLost.value ? t`The position is lost: home the machine or set a new zero first.` : ""));
 /** The same of what needs a machine at rest: also one in an alarm, and an idle one only. */
 export const noHoming = computed(() => noLines.value || unlessIn("Idle", "Alarm"));
 export const noMotion = computed(() => noLines.value || (controller.operates.value ? unlessAtRest() : unlessIn("Idle")));

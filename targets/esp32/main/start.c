@@ -3,6 +3,7 @@
 #include "app/board.h"
 #include "app/motion_task.h"
 #include "chip_ganged.h"
+#include "esp_random.h"
 #include "firmware.h"
 #include "io/dial.h"
 #include "io/driver_bus.h"
@@ -168,6 +169,7 @@ static void start_dial(struct firmware *firmware, struct machine_board *board) {
 static struct machine_board board_of(struct firmware *firmware, enum nvs_start kept) {
     struct machine_board board = board_machine(&firmware->pins);
     const struct hal *hal = &firmware->hal;
+    board.start_id = esp_random() | 1u; /* the bootloader has let noise into it */
     board.store = kept == NVS_START_FAILED ? NULL : &nvs_hal_store;
     board.store_ctx = &firmware->store;
     board.ganged = chip_ganged(&firmware->hal, &firmware->step_pins.gang);

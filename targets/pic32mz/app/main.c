@@ -75,6 +75,7 @@ static void start_hal(void) {
 static void start_machine(void) {
     struct machine_board board = board_machine();
     nvm_wait();
+    board.start_id = system_start_id();
     board.store = &flash_hal_store;
     board.store_ctx = &store;
     board.motion_side = &motion_side;

@@ -15,6 +15,8 @@
 struct kept {
     uint32_t mark; /* FAULT_MARK: the rest is true */
     struct system_fault fault;
+    uint32_t starts;    /* counted from whatever power-on has left here */
+    uint32_t noise[16]; /* never written: some bits of it are others after each power-on */
 };
 static struct kept kept_cached __attribute__((section(".kept"), aligned(16)));
 
@@ -97,6 +99,13 @@ void system_reset(void) {
     (void)SFR(RSWRST_ADDRESS); /* the read carries it out */
     for (;;) {
     }
+}
+
+uint32_t system_start_id(void) {
+    uint32_t hash = 2166136261u ^ ++kept()->starts; /* FNV-1a, by words */
+    for (unsigned n = 0; n < sizeof kept()->noise / sizeof kept()->noise[0]; n++)
+        hash = (hash ^ kept()->noise[n]) * 16777619u;
+    return hash | 1u;
 }
 
 enum system_restart system_take_restart(struct system_fault *fault) {

@@ -46,6 +46,10 @@ struct system_fault {
 /** [start] Once. @param[out] fault  of RESTART_FAULT */
 enum system_restart system_take_restart(struct system_fault *fault);
 
+/** Once after each start. @return another number each time, not 0: by chance after power-on, by a count after
+ * resets */
+uint32_t system_start_id(void);
+
 /** The general exception, from startup.S. */
 __attribute__((noreturn)) void fault(uint32_t epc, uint32_t cause);
 

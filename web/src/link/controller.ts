@@ -16,6 +16,9 @@ export type LinkState = "closed" | "opening" | "open" | "lost";
 /** Whose lines the controller takes. */
 export type Role = "owner" | "observer" | "nobody";
 
+/** Taken: by another client. Restarted: switched off, or by itself, so its position is lost. */
+export type Break = "reset" | "lost" | "closed" | "taken" | "restarted";
+
 export interface LogEntry {
   id: number;
   from: "me" | "controller" | "page";
@@ -27,6 +30,8 @@ export interface LogEntry {
 const ASK_MOVING_MS = 100;
 const ASK_RESTING_MS = 250;
 const SILENT_MS = 3000;
+/** A network link on which nothing comes for so long is given up: a new one is opened. */
+const DEAD_MS = 5000;
 const LOG_LINES = 500;
 /** A board that starts when its port is opened says something within this time. */
 const FIRST_WORD_MS = 6000;
@@ -37,6 +42,8 @@ const MOVING = new Set(["Run", "Jog", "Home"]);
 /** States in which Grbl answers every question. */
 const ANSWERS_IN = new Set(["Idle", "Alarm"]);
 const OBSERVER = /^Observer: | is in control$/;
+const OBSERVED = /^Observer: (.+) is in control/;
+const IN_CONTROL = /^In control$/;
 const NOBODY = /^No client is in control/;
 const LOCKED = /^(Locked: log in|Wrong access key)/;
 /** Answers to lines that the controller has not looked at: not logged in, an observer. */
@@ -77,8 +84,16 @@ export class Controller {
   readonly lostWhy = signal("");
   readonly role = signal<Role>("nobody");
   readonly locked = signal(false);
+  /** Who is in control, while this page only views; "": not known. */
+  readonly takenBy = signal("");
   /** No report came for a while. */
   readonly silent = signal(false);
+  /** Names of the keys that were pressed meanwhile, and were not sent. */
+  readonly dropped = signal<readonly RealtimeName[]>([]);
+  /** Another one after each start of the controller; "": it does not say. */
+  readonly startId = signal("");
+  /** The controller was switched off or restarted since this page knew its position, and nobody has homed it or set a zero. */
+  readonly positionLost = signal(false);
   readonly status = signal<Status | null>(null);
   readonly wco = signal<number[]>([]);
   readonly overrides = signal<[number, number, number]>([100, 100, 100]);
@@ -134,7 +149,7 @@ export class Controller {
   onReport: (status: Status) => void = () => {};
   onAlarm: (code: number) => void = () => {};
   /** The controller has started again, or the connection was closed: what was under way is void. */
-  onBreak: (what: "reset" | "lost" | "closed") => void = () => {};
+  onBreak: (what: Break) => void = () => {};
 
   /** Whether the page may put questions of its own: not between the lines of a job. */
   mayAsk: () => boolean = () => true;
@@ -159,6 +174,8 @@ export class Controller {
   private refusedIn = "";
   private asking = false;
   private reportAsked = false;
+  /** The next report is to have all fields: which start of the controller it is. */
+  private asksStart = true;
   private firstWord: (() => void) | null = null;
 
   /** Open a link and get to know the controller. Rejects with a LinkError. */
@@ -217,6 +234,7 @@ export class Controller {
     this.learn(text, answer);
     if (homes) this.homing.value = false;
     if (!homes || answer.kind !== "ok") return answer;
+    this.positionLost.value = false;
     if (text === "$H" && this.unknown.has("$$")) await this.refresh("$$"); // which has the cycles
     this.homed.value += this.homesAxes(text);
     return answer;
@@ -272,6 +290,7 @@ export class Controller {
   }
 
   private ask(text: string, quiet: boolean): Promise<Answer> {
+    if (this.isDead) return Promise.resolve({ kind: "lost" });
     return new Promise((resolve) => {
       this.queue.put({ text, quiet, settle: resolve });
       this.flush();
@@ -288,6 +307,7 @@ export class Controller {
 
   /** A byte that acts immediately, by its name. */
   realtime(name: RealtimeName): void {
+    if (this.isDead && name !== "STATUS" && name !== "FULL_STATUS") return this.drop(name);
     if (name === "RESUME" || name === "PARK") this.notParked.value = "";
     if (name === "RESUME") this.unpark();
     if (name === "JOG_CANCEL") this.queue.callOffJogs();
@@ -295,8 +315,18 @@ export class Controller {
     this.write(Uint8Array.of(TABLES.realtime[name]));
   }
 
+  /** What is sent now would arrive when no one expects it any more. */
+  private get isDead(): boolean {
+    return this.silent.peek() && !this.isSerial;
+  }
+
+  private drop(name: RealtimeName): void {
+    this.dropped.value = [...this.dropped.peek(), name];
+    this.note("page", t`Not sent, because the controller does not answer: ${name}`, true);
+  }
+
   reset(): void {
-    this.resetAsked = true;
+    this.resetAsked = !this.isDead;
     this.realtime("RESET");
   }
 
@@ -394,6 +424,8 @@ export class Controller {
       this.notParked.value = "";
       this.version.value = this.options.value = this.modes.value = "";
     });
+    this.takenBy.value = "";
+    this.asksStart = true;
     this.doubt(QUESTIONS);
     this.isSerial = transport.isSerial;
     this.splitter = new LineSplitter();
@@ -419,11 +451,15 @@ export class Controller {
     const now = performance.now();
     const every = MOVING.has(this.state.value) ? ASK_MOVING_MS : ASK_RESTING_MS;
     const mayBeSilent = this.homing.value || this.needsReset.value;
-    this.silent.value = !mayBeSilent && now - this.heardAt > SILENT_MS;
+    const silent_ms = mayBeSilent ? 0 : now - this.heardAt;
+    this.silent.value = silent_ms > SILENT_MS;
+    if (silent_ms > DEAD_MS && !this.isSerial) return this.lose(t`nothing was received for ${DEAD_MS / 1000} s`);
     if (now - this.askedAt < (this.waitsForReport ? SILENT_MS / 2 : every)) return;
     this.askedAt = now;
     this.waitsForReport = true;
+    if (this.asksStart) this.realtime("FULL_STATUS");
     this.realtime("STATUS");
+    this.asksStart = false;
   }
 
   private write(bytes: Uint8Array): void {
@@ -445,6 +481,7 @@ export class Controller {
 
   private hear(data: Uint8Array): void {
     this.heardAt = performance.now();
+    this.silent.value = false;
     batch(() => {
       for (const text of this.splitter.take(data)) this.take(text, parse(text));
     });
@@ -491,6 +528,7 @@ export class Controller {
     this.needsReset.value = this.waitsForReport = this.parked.value = false;
     this.notParked.value = this.driverSays.value = "";
     this.askedAt = 0; // what was reported is old
+    this.asksStart = true;
     this.doubt(QUESTIONS);
     this.queue.forget();
     this.onBreak("reset");
@@ -501,6 +539,7 @@ export class Controller {
     this.heard++;
     this.unheard = 0;
     this.status.value = status;
+    if (status.start) this.takeStart(status.start);
     if (!HELD.has(status.state)) this.awaitedTool.value = null;
     if (!HELD.has(status.state) && this.parked.value) this.unpark(); // someone else has resumed it
     if (status.wco) this.takeOffset(status.wco);
@@ -514,6 +553,29 @@ export class Controller {
     this.onReport(status);
   }
 
+  /** Another start than the one whose position is known: over a lost link, a reload, and a change of clients. */
+  private takeStart(start: string): void {
+    const before = this.startId.peek();
+    this.startId.value = start;
+    if (before && before !== start) this.losePosition();
+  }
+
+  /** A job that was kept over a reload was sent to this start of the controller. */
+  expectStart(start: string): void {
+    if (!start) return;
+    if (!this.startId.peek()) this.startId.value = start;
+    else if (this.startId.peek() !== start) this.losePosition();
+  }
+
+  private losePosition(): void {
+    this.homed.value = "";
+    this.positionLost.value = true;
+    this.restarted.value = false; // the notice of a reset says less
+    this.queue.forget();
+    this.onBreak("restarted");
+    this.doubt(QUESTIONS);
+  }
+
   /** Another offset than before: whoever changed it, the offsets and the work system may be others, too. */
   private takeOffset(wco: number[]): void {
     if (String(wco) !== String(this.wco.peek())) this.doubt(["$#", "$G"]);
@@ -523,6 +585,7 @@ export class Controller {
   private takeBracket(key: string, body: string): void {
     if (key === "MSG") this.takeMessage(body);
     else if (key === "VER") this.version.value = body;
+    else if (key === "START") this.takeStart(body);
     else if (key === "GC") this.modes.value = body;
     else if (key === "OPT") {
       this.options.value = body;
@@ -547,11 +610,19 @@ export class Controller {
     if (DRIVER_SAYS.test(body)) this.driverSays.value = body;
     if (LOCKED.test(body)) this.locked.value = true;
     if (NOBODY.test(body)) this.role.value = "nobody";
+    if (IN_CONTROL.test(body)) this.beInControl();
     if (!OBSERVER.test(body) || NOBODY.test(body)) return;
+    this.takenBy.value = OBSERVED.exec(body)?.[1] ?? "";
     this.role.value = "observer";
     this.homed.value = "";
     this.queue.forget();
-    this.onBreak("lost");
+    this.onBreak("taken");
+  }
+
+  /** By its message: the `ok` of `$TAKE` may come behind a line of before. */
+  private beInControl(): void {
+    this.role.value = "owner";
+    this.doubt(QUESTIONS);
   }
 }
 

@@ -1,7 +1,7 @@
 /** The outline of the loaded job, before its first cut: tool up, or the laser at low power. */
 import { useSignal } from "@preact/signals";
 import type { JSX } from "preact";
-import { controller, noMotion, preflight, standing } from "../app";
+import { controller, noMotion, noPlace, preflight, standing } from "../app";
 import { LASER_LIMIT_PCT, planFrame, type FramePlan, type FrameWish } from "../job/frame";
 import { settingNumber } from "../tables";
 import { Button, Dialog, Field, Notice } from "./parts";
@@ -15,7 +15,7 @@ export function FrameButton(): JSX.Element | null {
   if (!preflight.result.value) return null;
   return (
     <>
-      <Button why={noMotion.value} title={t`Move once around the bounds of the job`} onClick={() => (open.value = true)} testId="frame">
+      <Button why={noPlace.value || noMotion.value} title={t`Move once around the bounds of the job`} onClick={() => (open.value = true)} testId="frame">
         {t`Outline`}
       </Button>
       {open.value && <FrameDialog onClose={() => (open.value = false)} />}

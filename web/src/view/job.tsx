@@ -2,11 +2,12 @@
 import { useSignal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
-import { attempt, checkJob, controller, doing, fail, isStale, job, preflight, standing } from "../app";
+import { attempt, checkJob, controller, doing, fail, isStale, job, noPlace, preflight, standing } from "../app";
 import { describe, secondsAtLine, secondsLeft, type Preflight } from "../job/preflight";
 import type { Report } from "../job/core";
 import { laserWarning } from "../job/engraving";
 import { readProgram } from "../job/program";
+import { INTERRUPTED } from "../job/runner";
 import { type MachineFacts, type Resume } from "../job/resume";
 import { NOWHERE, travelFindings, unplacedAxes, type TravelFinding } from "../job/standing";
 import { notKept } from "../keeping";
@@ -61,12 +62,7 @@ function Drop(): JSX.Element {
         over.value = true;
       }}
       onDragLeave={() => (over.value = false)}
-      onDrop={(event) => {
-        event.preventDefault();
-        over.value = false;
-        const file = event.dataTransfer?.files[0];
-        if (file) void attempt(() => open(file));
-      }}
+      onDrop={() => (over.value = false)}
     >
       <strong>{t`Drop a G-code file here`}</strong>
       <span class="small">{t`The file is not uploaded. The path and the time are computed by the controller's core in this browser.`}</span>
@@ -82,7 +78,8 @@ function close(): void {
   preflight.forget();
 }
 
-async function open(file: File): Promise<void> {
+/** Rejects with what forbids it: nothing is changed then. */
+export async function open(file: File): Promise<void> {
   if (job.active.value) throw new Error(t`A job is running: stop it first`);
   job.unload(); // also when the new file cannot be read: what is shown is what Start would send
   preflight.forget();
@@ -144,7 +141,7 @@ function CheckCard(): JSX.Element | null {
   return (
     <Card title={t`Preflight`} tools={<Button size="small" onClick={() => void attempt(checkJob)}>{t`Check again`}</Button>}>
       {report.error_count === 0 ? (
-        travel(done).length === 0 && <Notice kind="good" title={t`Check passed`} />
+        travel(done).length === 0 && !noPlace.value && <Notice kind="good" title={t`Check passed`} />
       ) : (
         <Notice kind="bad" title={report.error_count === 1 ? t`One line is refused` : t`${report.error_count} lines are refused`} />
       )}
@@ -247,6 +244,8 @@ const RESULT: Record<string, { kind: "good" | "warn" | "bad"; title: string }> =
   stopped: { kind: "warn", title: msg`The job was stopped` },
   failed: { kind: "bad", title: msg`The job ended with an error` },
   lost: { kind: "bad", title: msg`The connection was lost during the job` },
+  taken: { kind: "bad", title: msg`Another client took control during the job` },
+  restarted: { kind: "bad", title: msg`The controller restarted: this job cannot be resumed` },
   left: { kind: "bad", title: msg`This page was closed or loaded again during the job` },
 };
 
@@ -254,6 +253,7 @@ const RESULT: Record<string, { kind: "good" | "warn" | "bad"; title: string }> =
 function doubts(): string[] {
   const done = preflight.result.value;
   if (!done || isStale.value) return [t`The preflight has not finished.`];
+  if (noPlace.value) return [noPlace.value];
   const { error_count } = done.report;
   const lines = error_count === 1 ? t`One line is refused` : t`${error_count} lines are refused`;
   return [...(error_count > 0 ? [t`${lines}: the job will stop there.`] : []), ...travel(done).map((finding) => finding.text)];
@@ -310,7 +310,7 @@ function RunCard(): JSX.Element {
         <dd>{timeLeft()}</dd>
       </dl>
       {result && <Notice kind={result.kind} title={tr(result.title)} text={job.why.value} />}
-      {notKept.value && <p class="small soft">{t`This browser does not keep the job (${notKept.value}): a reload of the page loses it.`}</p>}
+      {notKept.value && <Notice kind="warn" title={t`This browser does not keep the job (${notKept.value}): a reload of the page loses it.`} />}
       <ResumeBar />
     </Card>
   );
@@ -332,7 +332,7 @@ function ResumeBar(): JSX.Element | null {
   const plan = useSignal<Resume | null>(null);
   useEffect(() => void (typed.value = null), [job.active.value, job.program.value]); // of the run before, or of another file
   if (job.active.value) return null;
-  const ended = ["lost", "stopped", "failed", "left"].includes(job.state.value);
+  const ended = INTERRUPTED.has(job.state.value);
   const suggested = Math.max(1, job.resumeLine.value);
   const line = typed.value ?? suggested;
   const type = (input: HTMLInputElement): void => {
@@ -362,7 +362,7 @@ function ResumeBar(): JSX.Element | null {
             data-test="resume-line"
           />
         </Field>
-        <Button disabled={!controller.commands.value || controller.state.value !== "Idle" || doing.value !== ""} onClick={() => void make()} testId="resume-plan">
+        <Button why={noPlace.value} disabled={!controller.commands.value || controller.state.value !== "Idle" || doing.value !== ""} onClick={() => void make()} testId="resume-plan">
           {ended ? t`Prepare resume` : t`Prepare start`}
         </Button>
       </div>
