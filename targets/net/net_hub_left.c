@@ -92,7 +92,7 @@ static void refuse_line_of(struct net_hub *hub, uint8_t of) {
  * operator's. */
 static void refuse_inside(struct net_hub *hub) {
     const bool pendants = hub->inside_hand > 0 && !hub->hand_parked; /* then no one else has any there */
-    if (hub->ops->drop_unread == NULL || pendants)
+    if (pendants)
         return;
     const uint32_t dropped = hub->ops->drop_unread(hub->ctx), owners = net_hub_owners_inside(hub);
     uint32_t lefts = dropped > owners ? dropped - owners : 0;
@@ -125,6 +125,8 @@ void net_hub_refuse_unread(struct net_hub *hub) {
     struct net_client *owner = hub->owner;
     struct net_queue left = hub->left;
     const uint8_t of = hub->left_of;
+    if (hub->ops->drop_unread == NULL)
+        return;
     hub->left = (struct net_queue){0};
     hub->left_of = 0;
     refuse_inside(hub);

@@ -12,11 +12,13 @@ import { settingNumber } from "./tables";
 import { t } from "./words";
 
 const THEME_KEY = "wificnc.theme";
+const KNOWN_KEY = "wificnc.known";
 const HELD = new Set(["Hold", "Tool", "Door"]);
 
 export const controller = new Controller();
 export const job = new JobRunner(controller);
 controller.mayAsk = () => !job.active.peek();
+controller.memory = { load: () => stored(KNOWN_KEY), save: (text) => store(KNOWN_KEY, text) };
 export const preflight = new PreflightRunner();
 
 /** What this page is doing with lines of its own, in words, such as a macro; "": nothing. */

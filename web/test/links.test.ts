@@ -164,3 +164,40 @@ it.each(["Run", "Hold:0", "Jog", "Home", "Tool", "Door:1", "Alarm", "Idle"])("ta
   await controller.disconnect();
   await taken.catch(() => {});
 });
+
+const SETTINGS = ["$100=80.000", "$132=200.000"];
+
+it("knows settings and offsets after a reload in a hold, of the same start only", async () => {
+  let kept = "";
+  const memory = { load: () => kept, save: (text: string) => void (kept = text) };
+  const before = new Controller();
+  before.memory = memory;
+  const { board } = await connect(before, new Board(false));
+  board.says(`<Idle|MPos:0.000,0.000,0.000|Start:${ONE}>`);
+  const asked = before.refresh("$$", "$#");
+  board.says(...SETTINGS, "ok");
+  await turn();
+  board.says("[G54:1.000,2.000,3.000]", "ok");
+  await asked;
+  await before.disconnect();
+  for (const [start, settings, offset] of [[OTHER, 0, undefined], [ONE, 2, "1.000,2.000,3.000"]] as const) {
+    const after = new Controller();
+    after.memory = memory;
+    const again = new Board(false);
+    const open = after.connect(again);
+    await turn();
+    again.says(`<Hold:0|MPos:0.000,0.000,0.000|Start:${start}>`);
+    expect([after.settings.value.size, after.offsets.value.get("G54")]).toEqual([settings, offset]);
+    await after.disconnect();
+    await open.catch(() => {});
+  }
+});
+
+it.each(["", "nonsense", "{}", '{"start":"0000a1b2","said":{"$$":7}}'])("passes over a damaged memory: %s", async (text) => {
+  const controller = new Controller();
+  controller.memory = { load: () => text, save: () => {} };
+  const { board } = await connect(controller, new Board(false));
+  board.says(`<Hold:0|MPos:0.000,0.000,0.000|Start:${ONE}>`);
+  expect(controller.settings.value.size).toBe(0);
+  await controller.disconnect();
+});

@@ -19,6 +19,17 @@ export type Role = "owner" | "observer" | "nobody";
 /** Taken: by another client. Restarted: switched off, or by itself, so its position is lost. */
 export type Break = "reset" | "lost" | "closed" | "taken" | "restarted";
 
+export interface Memory {
+  load(): string | null;
+  save(text: string): void;
+}
+
+/** Of one start of a controller: the lines that answered each question. */
+interface Known {
+  start: string;
+  said: Partial<Record<Question, string[]>>;
+}
+
 export interface LogEntry {
   id: number;
   from: "me" | "controller" | "page";
@@ -151,6 +162,9 @@ export class Controller {
   /** The controller has started again, or the connection was closed: what was under way is void. */
   onBreak: (what: Break) => void = () => {};
 
+  /** What was answered to questions is kept here over a reload, for a hold and an observer, whose questions are not read. */
+  memory: Memory = { load: () => null, save: () => {} };
+
   /** Whether the page may put questions of its own: not between the lines of a job. */
   mayAsk: () => boolean = () => true;
 
@@ -234,7 +248,7 @@ export class Controller {
     this.learn(text, answer);
     if (homes) this.homing.value = false;
     if (!homes || answer.kind !== "ok") return answer;
-    this.positionLost.value = false;
+    if (text === "$H") this.positionLost.value = false;
     if (text === "$H" && this.unknown.has("$$")) await this.refresh("$$"); // which has the cycles
     this.homed.value += this.homesAxes(text);
     return answer;
@@ -396,7 +410,36 @@ export class Controller {
     if (answer.kind === "ok") {
       this.unknown.delete(text);
       if (text === "$$") this.settings.value = settingsIn(answer.said);
+      this.remember(text, answer.said);
     } else if (answer.kind === "error") this.refusedIn = this.state.peek();
+  }
+
+  private remember(question: Question, said: string[]): void {
+    const start = this.startId.peek();
+    if (!start) return;
+    this.memory.save(JSON.stringify({ start, said: { ...this.remembered()?.said, [question]: said } } satisfies Known));
+  }
+
+  /** null: of another start, of none, or damaged. */
+  private remembered(): Known | null {
+    try {
+      const known = JSON.parse(this.memory.load() ?? "null") as Known | null;
+      return known && known.start === this.startId.peek() && typeof known.said === "object" ? known : null;
+    } catch {
+      return null;
+    }
+  }
+
+  /** Until the controller answers: it is asked again as soon as it reads lines. */
+  private recall(): void {
+    const said = this.remembered()?.said ?? {};
+    for (const question of QUESTIONS) {
+      const lines = said[question];
+      if (!this.unknown.has(question) || !Array.isArray(lines)) continue;
+      if (question === "$$" && this.settings.peek().size === 0) this.settings.value = settingsIn(lines);
+      for (const message of lines.map(parse))
+        if (message.kind === "bracket" && message.key !== "MSG" && message.key !== "START") this.takeBracket(message.key, message.body);
+    }
   }
 
   note(from: LogEntry["from"], text: string, bad = false): void {
@@ -410,6 +453,7 @@ export class Controller {
   }
 
   private begin(transport: Transport): void {
+    if (this.linkName.peek() && this.linkName.peek() !== transport.name) this.startId.value = ""; // another machine
     batch(() => {
       this.link.value = "opening";
       this.linkName.value = transport.name;
@@ -558,6 +602,7 @@ export class Controller {
     const before = this.startId.peek();
     this.startId.value = start;
     if (before && before !== start) this.losePosition();
+    else if (this.version.peek() === "" && this.settings.peek().size === 0) this.recall();
   }
 
   /** A job that was kept over a reload was sent to this start of the controller. */
