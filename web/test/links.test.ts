@@ -78,6 +78,17 @@ it.each(WHERE)("slow, %s: what comes after 2.9 s each time keeps the link, and p
   await now.controller.disconnect();
 });
 
+it("a tab in the background, which asks rarely, keeps its link", async () => {
+  vi.useFakeTimers({ toFake: ["performance", "setInterval", "clearInterval"] });
+  const { board, controller } = await scene("mid-job");
+  vi.advanceTimersByTime(200);
+  board.says("<Run|MPos:0.700,0.000,0.000|Ln:2>");
+  Object.assign(controller, { heardAt: performance.now() - 60_000, waitsSince: performance.now() - 60_000, askedAt: performance.now() - 60_000 });
+  vi.advanceTimersByTime(100);
+  expect([controller.silent.value, controller.link.value]).toEqual([false, "open"]);
+  await controller.disconnect();
+});
+
 it("a serial port that is silent is kept: the board may be busy", async () => {
   vi.useFakeTimers({ toFake: ["performance", "setInterval", "clearInterval"] });
   const { controller } = await scene("mid-job", true);

@@ -178,6 +178,8 @@ export class Controller {
   private askedAt = 0;
   private heardAt = 0;
   private waitsForReport = false;
+  /** ... since: a tab in the background asks once a minute, and its link is alive. */
+  private waitsSince = 0;
   /** Reports that came, and those that were asked for since the last one. */
   private heard = 0;
   private unheard = 0;
@@ -495,11 +497,13 @@ export class Controller {
     const now = performance.now();
     const every = MOVING.has(this.state.value) ? ASK_MOVING_MS : ASK_RESTING_MS;
     const mayBeSilent = this.homing.value || this.needsReset.value;
-    const silent_ms = mayBeSilent ? 0 : now - this.heardAt;
+    const since = Math.max(this.heardAt, this.waitsSince - ASK_RESTING_MS);
+    const silent_ms = mayBeSilent || !this.waitsForReport ? 0 : now - since;
     this.silent.value = silent_ms > SILENT_MS;
-    if (silent_ms > DEAD_MS && !this.isSerial) return this.lose(t`nothing was received for ${DEAD_MS / 1000} s`);
+    if (silent_ms > DEAD_MS && !this.isSerial && !this.firstWord) return this.lose(t`nothing was received for ${DEAD_MS / 1000} s`);
     if (now - this.askedAt < (this.waitsForReport ? SILENT_MS / 2 : every)) return;
     this.askedAt = now;
+    if (!this.waitsForReport) this.waitsSince = now;
     this.waitsForReport = true;
     if (this.asksStart) this.realtime("FULL_STATUS");
     this.realtime("STATUS");
