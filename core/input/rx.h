@@ -136,6 +136,10 @@ static inline void rx_end_aside(struct rx *rx) {
     __atomic_store_n(&rx->aside, RX_ASIDE_NONE, __ATOMIC_RELEASE);
 }
 
+/** [task, and the producer's, too] The job's bytes that wait are dropped; the operator's stay.
+ * @return ends of lines (LF) among them */
+uint32_t rx_drop_job(struct rx *rx);
+
 /** [task] A lost line. When no byte waits it is the next line: answer it, and forget a half line. */
 bool rx_take_lost(struct rx *rx);
 

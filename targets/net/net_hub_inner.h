@@ -118,6 +118,10 @@ static inline bool net_hub_left_is_of(const struct net_hub *hub, const struct ne
 /** A former owner's line was answered. */
 void net_hub_count_left(struct net_hub *hub);
 
+/** Control is taken: lines that have not begun are refused, whoever has sent them. In the former owner's
+ * parked hold: after net_hub_leave_parked(). */
+void net_hub_refuse_unread(struct net_hub *hub);
+
 /** The client is gone. */
 void net_hub_disown_left(struct net_hub *hub, const struct net_client *client);
 
@@ -286,6 +290,9 @@ void net_hub_answer_observer(struct net_hub *hub, struct net_client *client, con
 
 /** The same of one whose turn it is. */
 void net_hub_answer_line(struct net_hub *hub, struct net_client *client, const char *line, size_t size);
+
+/** A line of it had not begun when control was taken: it is refused behind that which is under way. */
+void net_hub_refuse_in_turn(struct net_hub *hub, struct net_client *client);
 
 /** A line that finds no room has no effect, and is refused in its turn. */
 void net_hub_lose_line(struct net_hub *hub, struct net_client *client);

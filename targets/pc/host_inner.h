@@ -47,6 +47,7 @@ struct host_observer {
     void (*put)(void *ctx, uint8_t byte, bool lossy);         /* the controller has got a byte, or lost it */
     void (*asked)(void *ctx);                                 /* a remote host has sent a packet */
     void (*said)(void *ctx, const char *bytes, size_t count); /* it said this */
+    void (*dropped)(void *ctx, uint32_t lines); /* it will not answer the newest of what it has got */
 };
 
 struct host {

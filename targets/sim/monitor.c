@@ -396,6 +396,11 @@ static void said(void *ctx, const char *bytes, size_t count) {
     }
 }
 
+static void dropped(void *ctx, uint32_t lines) {
+    struct monitor *monitor = ctx;
+    monitor->sent -= lines;
+}
+
 /* ---- the monitor ---- */
 
 struct monitor *monitor_create(struct host *host, uint32_t checks) {
@@ -415,8 +420,12 @@ struct monitor *monitor_create(struct host *host, uint32_t checks) {
     host_position_steps(host, monitor->offset);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         monitor->offset[ax] -= host->machine.trust.shift_steps[ax];
-    host->observer =
-        (struct host_observer){.ctx = monitor, .looked = looked, .put = put, .asked = asked, .said = said};
+    host->observer = (struct host_observer){.ctx = monitor,
+                                            .looked = looked,
+                                            .put = put,
+                                            .asked = asked,
+                                            .said = said,
+                                            .dropped = dropped};
     return monitor;
 }
 

@@ -49,6 +49,8 @@ class HubHosts(RemoteHosts):
             whose=callback(Ops, "whose", lambda _ctx: LIB.machine_whose(self._machine)),
             stops=callback(Ops, "stops", lambda _ctx: LIB.machine_stops(self._machine)),
             room=callback(Ops, "room", lambda _ctx: LIB.machine_line_room(self._machine)),
+            drop_unread=callback(Ops, "drop_unread", lambda _ctx: LIB.host_drop_unread(self._host)),
+            busy=callback(Ops, "busy", lambda _ctx: LIB.host_is_busy(self._host)),
         )
         self._wires = StreamOps(
             read=callback(StreamOps, "read", self._read),

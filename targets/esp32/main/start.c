@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * The stages before anything moves: storage, pins, step engine, machine. */
 #include "app/board.h"
+#include "app/entropy.h"
 #include "app/motion_task.h"
 #include "app/panic.h"
 #include "chip_ganged.h"
@@ -170,6 +171,8 @@ static struct machine_board board_of(struct firmware *firmware, enum nvs_start k
     struct machine_board board = board_machine(&firmware->pins);
     const struct hal *hal = &firmware->hal;
     board.restart = firmware->restart;
+    entropy_fill(&board.start_id, sizeof board.start_id);
+    board.start_id |= 1u; /* 0 means that there is none */
     board.store = kept == NVS_START_FAILED ? NULL : &nvs_hal_store;
     board.store_ctx = &firmware->store;
     board.digest = ota_flash_digest();

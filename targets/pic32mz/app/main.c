@@ -65,6 +65,7 @@ static void start_machine(const struct hal_restart *restart) {
     struct machine_board board = board_machine();
     board.restart = restart;
     nvm_wait();
+    board.start_id = system_start_id();
     board.store = &flash_hal_store;
     board.store_ctx = &store;
     board.motion_side = &motion_side;

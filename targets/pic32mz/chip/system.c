@@ -18,6 +18,8 @@ struct kept {
     uint32_t reason; /* enum hal_restart_cause */
     uint32_t epc, caller, cause;
     uint32_t motion; /* MOTION_MARK: axes moved */
+    uint32_t starts;    /* counted from whatever power-on has left here */
+    uint32_t noise[16]; /* never written: some bits of it are others after each power-on */
 };
 static struct kept kept_cached __attribute__((section(".kept"), aligned(16)));
 
@@ -100,6 +102,13 @@ void system_reset(void) {
     (void)SFR(RSWRST_ADDRESS); /* the read carries it out */
     for (;;) {
     }
+}
+
+uint32_t system_start_id(void) {
+    uint32_t hash = 2166136261u ^ ++kept()->starts; /* FNV-1a, by words */
+    for (unsigned n = 0; n < sizeof kept()->noise / sizeof kept()->noise[0]; n++)
+        hash = (hash ^ kept()->noise[n]) * 16777619u;
+    return hash | 1u;
 }
 
 void system_note_motion(bool moves) {

@@ -44,6 +44,10 @@ void system_note_motion(bool moves);
 /** [start, NMI] Whether the clock is the one that clock.h says. */
 bool system_has_clock(void);
 
+/** Once after each start. @return another number each time, not 0: by chance after power-on, by a count after
+ * resets */
+uint32_t system_start_id(void);
+
 /** [NMI] The oscillator has failed: what the next start reports. */
 void system_note_lost_clock(void);
 

@@ -60,6 +60,8 @@ const JOB_STATES: Record<JobState, string> = {
   failed: msg`failed`,
   lost: msg`lost`,
   left: msg`left`,
+  taken: msg`taken by another client`,
+  restarted: msg`lost by a restart`,
 };
 
 function JobCard(): JSX.Element | null {

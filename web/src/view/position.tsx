@@ -2,7 +2,7 @@
 import { signal, useSignal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect, useRef } from "preact/hooks";
-import { attempt, axesShown, controller, noHoming, noMotion, standing } from "../app";
+import { attempt, axesShown, controller, noHoming, noMotion, noPlace, standing } from "../app";
 import { typedPosition, WORK_SYSTEMS } from "../link/offsets";
 import { modesNow, type Status } from "../link/messages";
 import { planZero, type ZeroFacts, type ZeroPlan } from "../link/zero";
@@ -67,6 +67,7 @@ export function zeroFacts(): ZeroFacts {
 
 /** @returns whether someone has to say first how far Z lifts */
 async function goToZero(lift_mm: number | null): Promise<boolean> {
+  if (noPlace.value) throw new Error(noPlace.value);
   return goBy(() => planZero(zeroFacts(), lift_mm));
 }
 
