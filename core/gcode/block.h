@@ -39,6 +39,9 @@ enum block_group {
     GROUP_LATHE,
     GROUP_MODES,
     GROUP_SPEED_MODE,
+    GROUP_SCALING,
+    GROUP_ROTATION,
+    GROUP_POLAR,
     GROUP_COUNT
 };
 
@@ -77,6 +80,7 @@ enum block_axes {
 #define WORD_BIT(letter) ((uint32_t)1 << WORD(letter))
 #define WORDS_AXES                                                                                           \
     (WORD_BIT('X') | WORD_BIT('Y') | WORD_BIT('Z') | WORD_BIT('A') | WORD_BIT('B') | WORD_BIT('C'))
+#define WORDS_CENTER (WORD_BIT('I') | WORD_BIT('J') | WORD_BIT('K'))
 
 struct gcode_block {
     uint32_t words;  /* which numbers stand in the line; G and M never do */

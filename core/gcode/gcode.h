@@ -24,9 +24,18 @@ enum { OUTPUT_COUNT = 5 };        /* digital outputs P0..P4 of M62..M65 */
 enum { DIGITAL_INPUT_COUNT = 8 }; /* digital inputs P0..P7 of M66, at most */
 enum { ANALOG_COUNT = 4 };        /* analog inputs E0..E3 of M66 and outputs E0..E3 of M67 and M68, at most */
 
-/** Every target and every stored offset lies within +-this, in mm or degrees; error:33 otherwise. Positions
- * in steps then fit int32_t up to 21 474 steps per unit. */
+/** Every target and every stored offset lies within +-this, in mm; error:33 otherwise. Positions in steps
+ * then fit int32_t up to 21 474 steps per mm. */
 #define GCODE_COORDINATE_MAX 1e5
+
+/** The same in degrees: 10 million turns. How many of them there are in int32_t steps depends on steps per
+ * degree, and is checked where these are known (kinematics_in_range()). */
+#define GCODE_DEGREES_MAX 3.6e9
+
+static inline bool gcode_in_range(unsigned axis, double coordinate) {
+    const double most = axis < AXIS_A ? GCODE_COORDINATE_MAX : GCODE_DEGREES_MAX;
+    return coordinate >= -most && coordinate <= most;
+}
 
 /** Largest radius of an arc; error:33 above. 100 mm of such an arc are straight within 0.2 um. */
 #define GCODE_RADIUS_MAX_MM 1e7
@@ -188,6 +197,7 @@ struct gcode_drill {
     float dwell_s;     /* P of G82, G86, G89 */
 };
 enum { DRILL_REPEATS_MAX = 65535, DRILL_PECKS_MAX = 1000000 };
+enum { ARC_PASSES_MAX = 1000 }; /* P of an arc */
 
 /** A thread: motion as a function of the spindle's angle. All but the first two are G76's: passes from the
  * drive line, which lies where the tool stood before and is parallel to Z. Depths count from the thread's
@@ -217,7 +227,7 @@ struct gcode_move {
     /* arcs only: all three are ready for arc_begin() */
     enum gcode_plane plane;
     double center_mm[2];       /* centre in the plane, machine coordinates, first and second plane axis */
-    int32_t turns;             /* full turns in addition to the part turn; 0 today (P word later) */
+    int32_t turns;             /* full turns in addition to the part turn, 0 .. ARC_PASSES_MAX - 1 */
     double control_mm[2][2];   /* MOTION_CUBIC, _QUADRATIC: control points of a cubic in XY */
     bool via;                  /* G28, G30 with axis words: go through via_mm first, as a rapid */
     double via_mm[AXIS_COUNT]; /* filled in when via, and for MOTION_CYCLE and _THREAD */

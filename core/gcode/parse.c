@@ -95,20 +95,57 @@ static HOT unsigned code_index(char letter, struct number number) {
     return x10 >= 0 ? indices[x10] : CODE_UNKNOWN;
 }
 
-/* Errors in Grbl's order: unknown code, two codes that use axis words, two codes of a group. */
-static HOT enum status take_code(struct gcode_block *block, char letter, struct number number) {
+/* Whether the line has axis words, among those before `rest` or in it. */
+static COLD bool has_axis_words(uint32_t words, const char *rest) {
+    for (; *rest != '\0' && *rest != '\n' && *rest != '\r'; rest++)
+        if (*rest >= 'A' && *rest <= 'Z')
+            words |= WORD_BIT(*rest);
+    return (words & WORDS_AXES) != 0;
+}
+
+/* Two codes that use axis words: without any there is nothing to share, and the motion is but a mode. */
+static COLD enum status share_axes(struct gcode_block *block, uint8_t axes, uint32_t words,
+                                   const char *rest) {
+    if (has_axis_words(words, rest))
+        return STATUS_AXIS_COMMANDS;
+    if (block->axes == AXES_MOTION)
+        block->axes = axes;
+    return STATUS_OK;
+}
+
+/* Two codes of a group. G80 next to another motion ends the canned cycle, and the other one is the motion, as
+ * in LinuxCNC: G0 G80 in the head of a program. */
+static COLD enum status share_group(struct gcode_block *block, struct code code) {
+    const bool ends = code.value == MOTION_NONE, ended = block->value[GROUP_MOTION] == MOTION_NONE;
+
+    if (code.group != GROUP_MOTION || ends == ended)
+        return STATUS_MODAL_GROUP;
+    if (ended)
+        block->value[GROUP_MOTION] = code.value;
+    return STATUS_OK;
+}
+
+/* Errors in Grbl's order: unknown code, two codes that use axis words, two codes of a group.
+ * @param words  of the line before this one @param rest  of the line, after it */
+static HOT enum status take_code(struct gcode_block *block, char letter, struct number number, uint32_t words,
+                                 const char *rest) {
     const unsigned index = code_index(letter, number);
     const struct code code = codes[index];
 
     if (index == CODE_UNKNOWN)
         return unknown_code(letter, number);
     if (code.axes != AXES_FREE) {
-        if (block->axes != AXES_FREE)
-            return STATUS_AXIS_COMMANDS;
-        block->axes = code.axes;
+        if (block->axes != AXES_FREE) {
+            const enum status status = share_axes(block, code.axes, words, rest);
+
+            if (status != STATUS_OK)
+                return status;
+        } else {
+            block->axes = code.axes;
+        }
     }
     if (block->groups >> code.group & 1)
-        return STATUS_MODAL_GROUP;
+        return share_group(block, code);
     block->groups |= (uint32_t)1 << code.group;
     block->value[code.group] = code.value;
     return STATUS_OK;
@@ -156,7 +193,7 @@ static HOT enum status parse_words(const char **text, bool blanks, struct gcode_
         if (number.end == NULL)
             return STATUS_BAD_NUMBER;
         if (bit & WORDS_CODE) {
-            const enum status status = take_code(block, *line, number);
+            const enum status status = take_code(block, *line, number, words, number.end);
 
             if (status != STATUS_OK)
                 return status;

@@ -140,13 +140,15 @@ static enum status resolve_once(struct resolver *r) {
     return STATUS_OK;
 }
 
-/* G64 takes the P that neither G4 nor G10 wanted; G64 without P is back to $11 alone. */
+/* G64 takes the P that neither G4 nor G10 wanted; G64 without P is back to $11 alone. Q, LinuxCNC's tolerance
+ * for points that are left out, is taken and not needed: P and $11 hold for these, too. */
 static void resolve_path(struct resolver *r) {
     double tolerance = 0.0;
 
     if (!block_has_group(r->block, GROUP_PATH) || r->out->next.path != PATH_BLEND)
         return;
     resolve_take(r, 'P', &tolerance);
+    r->unused &= ~WORD_BIT('Q');
     r->out->next.path_tolerance_mm = (float)(tolerance * r->unit_mm);
 }
 
@@ -202,6 +204,8 @@ static enum status resolve_any(const struct gcode_state *state, const struct gco
         return STATUS_UNSUPPORTED; /* as a word that does not exist */
     if (r.axes == AXES_FREE && r.axis_words != 0)
         r.axes = AXES_MOTION;
+    if (block_has_group(block, GROUP_SCALING) && (r.axis_words != 0 || (block->words & WORD_BIT('S')) != 0))
+        return STATUS_UNSUPPORTED; /* on a lathe these would preset coordinates, or limit the speed */
     command->next = state->modal;
     resolve_nothing(command);
     status = resolve_modes(&r);

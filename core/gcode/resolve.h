@@ -18,8 +18,6 @@
 #include "gcode/block.h"
 #include "gcode/gcode.h"
 
-#include <math.h> // fabs
-
 #define MM_PER_INCH     25.4
 #define S_PER_MIN       60.0
 #define LINE_NUMBER_MAX 10000000.0
@@ -136,10 +134,6 @@ static inline double resolve_offset_mm(const struct resolver *r, unsigned axis) 
     const struct gcode_offsets *offsets = &r->state->offsets;
     const double offset = r->wcs_mm[axis] + offsets->g92_mm[axis];
     return axis == AXIS_Z ? offset + r->tool_length_mm : offset;
-}
-
-static inline bool resolve_in_range(double coordinate) {
-    return fabs(coordinate) <= GCODE_COORDINATE_MAX;
 }
 
 #endif

@@ -45,7 +45,7 @@ static enum status center_from_offsets(struct resolver *r, const uint8_t axes[2]
         if (r->out->next.arc_absolute)
             offset[i] += resolve_offset_mm(r, axes[i]) - r->state->position_mm[axes[i]];
     }
-    r->unused &= ~(WORD_BIT('I') | WORD_BIT('J') | WORD_BIT('K'));
+    r->unused &= ~WORDS_CENTER;
     if (r->out->next.arc_absolute ? !(given[0] && given[1]) : !(given[0] || given[1]))
         return STATUS_ARC_NO_OFFSET;
     return STATUS_OK;
@@ -65,6 +65,18 @@ static double length(double x, double y) {
     return sqrt(x * x + y * y);
 }
 
+/* P: how often the arc passes its end. G64 of the line takes its P itself. */
+static enum status take_turns(struct resolver *r) {
+    double passes = 1.0;
+
+    if (!block_has_group(r->block, GROUP_PATH))
+        resolve_take(r, 'P', &passes);
+    if (passes < 1.0 || passes > (double)ARC_PASSES_MAX)
+        return STATUS_BAD_NUMBER;
+    r->out->move.turns = (int32_t)passes - 1;
+    return passes == r->out->move.turns + 1.0 ? STATUS_OK : STATUS_NOT_INTEGER;
+}
+
 enum status resolve_arc(struct resolver *r) {
     struct gcode_move *move = &r->out->move;
     const uint8_t *axes = arc_plane_axes[r->out->next.plane];
@@ -74,7 +86,9 @@ enum status resolve_arc(struct resolver *r) {
     double offset[2], radius;
     enum status status;
 
-    if (!(r->axis_words & (1u << axes[0] | 1u << axes[1])))
+    /* Without a word of the plane it ends where it began: a circle, which R does not define. */
+    if (!(r->axis_words & (1u << axes[0] | 1u << axes[1])) &&
+        ((r->unused & WORD_BIT('R')) != 0 || (r->unused & WORDS_CENTER) == 0))
         return STATUS_ARC_NO_PLANE_AXIS;
     if ((r->state->axes >> axes[0] & r->state->axes >> axes[1] & 1) == 0)
         return STATUS_UNSUPPORTED; /* half of the plane is not there */
@@ -93,6 +107,5 @@ enum status resolve_arc(struct resolver *r) {
     move->plane = r->out->next.plane;
     move->center_mm[0] = start[axes[0]] + offset[0];
     move->center_mm[1] = start[axes[1]] + offset[1];
-    move->turns = 0;
-    return STATUS_OK;
+    return take_turns(r);
 }

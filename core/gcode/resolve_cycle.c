@@ -96,7 +96,7 @@ static enum status find_levels(struct resolver *r, unsigned normal) {
     drill->clear_mm = drill->r_mm;
     if (!next->retract_to_r && sticky->initial_mm > drill->r_mm)
         drill->clear_mm = sticky->initial_mm;
-    if (!resolve_in_range(drill->r_mm) || !resolve_in_range(drill->bottom_mm) ||
+    if (!gcode_in_range(AXIS_Z, drill->r_mm) || !gcode_in_range(AXIS_Z, drill->bottom_mm) ||
         drill->bottom_mm > drill->r_mm)
         return STATUS_BAD_TARGET;
     return STATUS_OK;
@@ -120,7 +120,7 @@ static enum status find_holes(struct resolver *r, const uint8_t axes[2]) {
         } else {
             word += resolve_offset_mm(r, axes[i]);
         }
-        if (!resolve_in_range(word))
+        if (!gcode_in_range(axes[i], word))
             return STATUS_BAD_TARGET;
         move->target_mm[axes[i]] = word;
     }

@@ -19,7 +19,7 @@ enum status resolve_target(const struct resolver *r, double target_mm[AXIS_COUNT
         word = resolve_axis_word(r, axis);
         if (!machine_coordinates)
             word += incremental ? target_mm[axis] : resolve_offset_mm(r, axis);
-        if (!resolve_in_range(word))
+        if (!gcode_in_range(axis, word))
             return STATUS_BAD_TARGET;
         target_mm[axis] = word;
     }
@@ -106,6 +106,13 @@ static bool has_feed(const struct resolver *r) {
                                                        : r->out->next.feed_mm_s > 0.0f;
 }
 
+/* An arc without axis words: all round its centre. */
+static bool is_circle(const struct resolver *r) {
+    const enum gcode_motion motion = r->out->next.motion;
+
+    return (motion == MOTION_ARC_CW || motion == MOTION_ARC_CCW) && (r->unused & WORDS_CENTER) != 0;
+}
+
 enum status resolve_move(struct resolver *r) {
     const enum gcode_motion motion = r->out->next.motion;
     struct gcode_move *move = &r->out->move;
@@ -113,8 +120,8 @@ enum status resolve_move(struct resolver *r) {
 
     if (r->nonmodal == NONMODAL_MACHINE_COORDS && motion != MOTION_RAPID && motion != MOTION_LINEAR)
         return STATUS_G53_MOTION;
-    if (motion == MOTION_NONE && r->axis_words != 0)
-        return STATUS_AXIS_WORDS_UNUSED; /* as in Grbl, even if G10 or G92 would take them */
+    if (motion == MOTION_NONE && r->axes == AXES_MOTION && r->axis_words != 0)
+        return STATUS_AXIS_WORDS_UNUSED;
     if (r->nonmodal == NONMODAL_G28)
         return home_move(r, r->state->offsets.g28_mm);
     if (r->nonmodal == NONMODAL_G30)
@@ -127,7 +134,7 @@ enum status resolve_move(struct resolver *r) {
         return STATUS_NO_FEED;
     if (motion != MOTION_RAPID && lacks_spindle(r))
         return STATUS_SPINDLE_OFF;
-    if (r->axis_words == 0)
+    if (r->axis_words == 0 && !is_circle(r))
         return motion == MOTION_RAPID || motion == MOTION_LINEAR ? STATUS_OK : STATUS_NO_AXIS_WORDS;
 
     move->motion = motion;

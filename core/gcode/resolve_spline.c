@@ -64,7 +64,7 @@ enum status resolve_spline(struct resolver *r) {
     status =
         next->motion == MOTION_CUBIC ? cubic(r, r->state->position_mm) : quadratic(r, r->state->position_mm);
     for (unsigned n = 0; status == STATUS_OK && n < 4; n++) {
-        if (!resolve_in_range(move->control_mm[n / 2][n % 2]))
+        if (!gcode_in_range(AXIS_X, move->control_mm[n / 2][n % 2]))
             status = STATUS_BAD_TARGET;
     }
     return status;

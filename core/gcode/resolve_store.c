@@ -32,14 +32,12 @@ static enum status tool_from_table(struct resolver *r) {
     return STATUS_OK;
 }
 
-/* G43.1 takes Z and nothing else. G49 takes no axis word: Grbl 1.1h drops them silently, we refuse. */
+/* G43.1 takes Z and nothing else. Axis words next to G49 belong to the motion of the line. */
 static enum status store_tool_length(struct resolver *r) {
     enum status status = STATUS_OK;
 
     switch ((enum block_tool_length)r->block->value[GROUP_TOOL_LENGTH]) {
     case TOOL_LENGTH_CANCEL:
-        if (r->axis_words != 0)
-            return STATUS_AXIS_WORDS_UNUSED;
         r->out->tool_length_mm = 0.0;
         break;
     case TOOL_LENGTH_DYNAMIC:
@@ -57,7 +55,7 @@ static enum status store_tool_length(struct resolver *r) {
     }
     if (status != STATUS_OK)
         return status;
-    if (!resolve_in_range(r->out->tool_length_mm))
+    if (!gcode_in_range(AXIS_Z, r->out->tool_length_mm))
         return STATUS_BAD_TARGET;
     r->tool_length_mm = r->out->tool_length_mm;
     r->out->store_tool_length = true;
@@ -82,7 +80,7 @@ static enum status take_diameter(struct resolver *r) {
     if (radius < 0.0)
         return STATUS_NEGATIVE;
     radius *= r->unit_mm;
-    if (!resolve_in_range(radius))
+    if (!gcode_in_range(AXIS_X, radius))
         return STATUS_BAD_TARGET;
     r->out->store_tool_diameter_mm = (float)(2.0 * radius);
     return STATUS_OK;
@@ -111,7 +109,7 @@ static enum status store_tool(struct resolver *r, int l, double p) {
         length = position - r->wcs_mm[AXIS_Z] - offsets->g92_mm[AXIS_Z] - word;
     else if (l == 11)
         length = position - offsets->wcs_mm[WCS_COUNT - 1][AXIS_Z] - word;
-    if (!resolve_in_range(length))
+    if (!gcode_in_range(AXIS_Z, length))
         return STATUS_BAD_TARGET;
     r->out->store = STORE_TOOL;
     r->out->store_tool = (uint8_t)(tool - 1);
@@ -225,7 +223,7 @@ enum status resolve_stores(struct resolver *r) {
     if (status != STATUS_OK || r->out->store == STORE_NOTHING || r->out->store == STORE_TOOL)
         return status;
     for (unsigned axis = 0; axis < AXIS_COUNT; axis++) {
-        if (!resolve_in_range(r->out->store_mm[axis]))
+        if (!gcode_in_range(axis, r->out->store_mm[axis]))
             return STATUS_BAD_TARGET;
     }
     return STATUS_OK;

@@ -22,7 +22,7 @@ static inline bool find_target(const struct gcode_state *state, const struct gco
         zero = wcs_mm[axis] + offsets->g92_mm[axis];
         zero = axis == AXIS_Z ? zero + offsets->tool_length_mm : zero;
         number += state->modal.incremental ? target_mm[axis] : zero;
-        if (!resolve_in_range(number))
+        if (!gcode_in_range(axis, number))
             return false;
         target_mm[axis] = number;
     }

@@ -6,6 +6,7 @@
 
 #include "base/trig.h"
 
+#include <math.h>   // fabs: exact
 #include <string.h> // memcpy
 
 #define SLIDE_MAX_DEG   80.0 /* its tangent still is a length of threads */
@@ -22,7 +23,7 @@ static enum status take_positive(struct resolver *r, char letter, double unit_mm
     if (number < 0.0)
         return STATUS_NEGATIVE;
     *out = (float)(number * unit_mm);
-    return *out > 0.0f && resolve_in_range(number * unit_mm) ? STATUS_OK : STATUS_BAD_NUMBER;
+    return *out > 0.0f && gcode_in_range(AXIS_Z, number * unit_mm) ? STATUS_OK : STATUS_BAD_NUMBER;
 }
 
 static enum status line_or_tap(struct resolver *r) {
@@ -67,7 +68,7 @@ static enum status take_sizes(struct resolver *r) {
     if (thread->first_mm >= thread->depth_mm)
         return STATUS_BAD_NUMBER;
     thread->peak_mm = (float)(peak * depth_mm);
-    return peak != 0.0 && resolve_in_range(peak * depth_mm) ? STATUS_OK : STATUS_BAD_NUMBER;
+    return peak != 0.0 && gcode_in_range(AXIS_X, peak * depth_mm) ? STATUS_OK : STATUS_BAD_NUMBER;
 }
 
 /* R Q H, which need not. */
@@ -134,7 +135,7 @@ static enum status cycle(struct resolver *r) {
         return STATUS_BAD_NUMBER;
     memcpy(move->via_mm, move->target_mm, sizeof move->via_mm);
     move->via_mm[AXIS_X] += thread_depth_x_mm(&move->thread, (double)move->thread.depth_mm);
-    return resolve_in_range(move->via_mm[AXIS_X]) ? STATUS_OK : STATUS_BAD_TARGET;
+    return gcode_in_range(AXIS_X, move->via_mm[AXIS_X]) ? STATUS_OK : STATUS_BAD_TARGET;
 }
 
 enum status resolve_thread(struct resolver *r) {

@@ -170,9 +170,22 @@ static int32_t left_side(const char **text, enum status *status) {
                                                                                     : INT32_MAX;
 }
 
+/* $100 without a value asks for it, as in grblHAL. */
+static bool is_question(const char *text) {
+    const char *end = text;
+    while (number_digit(*end) <= 9)
+        end++;
+    return end != text && *end == '\0';
+}
+
 static enum status set(struct machine *machine, const char *text) {
     enum status status;
     double value;
+    if (is_question(text)) {
+        const bool is_known =
+            number_read(text, &value) != NULL && value <= 65534.0 && list_setting(machine, (uint16_t)value);
+        return is_known ? STATUS_OK : STATUS_UNKNOWN_COMMAND;
+    }
     const int32_t number = left_side(&text, &status);
     if (number < 0)
         return status;
@@ -307,7 +320,8 @@ static enum status run(struct machine *machine, const char *text) {
     while (rest_of(command, text) == NULL)
         command++;
     const char *rest = rest_of(command, text);
-    const enum refusal refusal = action_may(machine, command->needs, ACTOR_TEXT);
+    const enum action needs = is_question(text) ? ACTION_LIST_SETTINGS : command->needs;
+    const enum refusal refusal = action_may(machine, needs, ACTOR_TEXT);
     if (refusal != REFUSAL_NONE && !(command->run == set && frees_estop(machine, rest)))
         return refusal_status(refusal);
     return command->run(machine, rest);

@@ -9,19 +9,25 @@
 
 #include "spindle/vfd_models.h"
 
+bool list_setting(struct machine *machine, uint16_t number) {
+    double value;
+    uint8_t decimals;
+    if (!settings_get(&machine->settings, number, machine->board.axis_count, &value, &decimals))
+        return false;
+    for (double last = 0.001; decimals >= 3 && value > 0.0 && value < last && decimals < 6; last *= 0.1)
+        decimals++; /* $12=0.0005 is not 0.001 */
+    text_string(&machine->out, "$");
+    text_int(&machine->out, number);
+    text_string(&machine->out, "=");
+    text_fixed(&machine->out, value, decimals);
+    text_string(&machine->out, "\r\n");
+    return true;
+}
+
 void list_settings(struct machine *machine) {
     uint16_t number = SETTINGS_BEGIN;
-    while (settings_next(&number, machine->board.axis_count)) {
-        double value;
-        uint8_t decimals;
-        if (!settings_get(&machine->settings, number, machine->board.axis_count, &value, &decimals))
-            continue;
-        text_string(&machine->out, "$");
-        text_int(&machine->out, number);
-        text_string(&machine->out, "=");
-        text_fixed(&machine->out, value, decimals);
-        text_string(&machine->out, "\r\n");
-    }
+    while (settings_next(&number, machine->board.axis_count))
+        (void)list_setting(machine, number);
 }
 
 static void list_row(struct machine *machine, const char *name, const double mm[AXIS_COUNT]) {

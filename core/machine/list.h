@@ -5,6 +5,9 @@
 
 #include "machine/machine.h"
 
+/** $n: the setting of this number. @return false: there is none */
+bool list_setting(struct machine *machine, uint16_t number);
+
 /** $$ */
 void list_settings(struct machine *machine);
 

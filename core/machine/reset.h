@@ -23,8 +23,8 @@ const char *reset_way_out(const struct machine *machine);
  * @param inputs  as they are now */
 bool reset_is_barred(const struct machine *machine, const struct hal_inputs *inputs);
 
-/** Report what leads out of a critical alarm. While the e-stop is pressed a reset only leads into the next one, and
- * programs that reset at this message would repeat that for ever. */
+/** Report what leads out of a critical alarm. While the e-stop is pressed a reset only leads into the next
+ * one, and programs that reset at this message would repeat that for ever. */
 void reset_tell_way_out(struct machine *machine);
 
 #endif

@@ -30,13 +30,9 @@ static enum store_result load(const struct machine *machine, enum stored_key key
     return store_load(&store, (uint8_t)key, STORE_VERSION, bytes, size);
 }
 
-static bool is_coordinate(double mm) {
-    return mm >= -GCODE_COORDINATE_MAX && mm <= GCODE_COORDINATE_MAX;
-}
-
 static bool are_coordinates(const double *mm, unsigned count) {
     for (unsigned i = 0; i < count; i++)
-        if (!is_coordinate(mm[i]))
+        if (!gcode_in_range(i % AXIS_COUNT, mm[i]))
             return false;
     return true;
 }
@@ -75,7 +71,7 @@ static bool load_tools(struct machine *machine) {
     if (result != STORE_FOUND)
         return result == STORE_EMPTY;
     for (unsigned tool = 0; tool < TOOL_COUNT; tool++)
-        if (!is_coordinate((double)tool_mm[tool]))
+        if (!gcode_in_range(AXIS_Z, (double)tool_mm[tool]))
             return false;
     memcpy(machine->interp.gcode.offsets.tool_mm, tool_mm, sizeof tool_mm);
     return true;

@@ -420,12 +420,8 @@ struct monitor *monitor_create(struct host *host, uint32_t checks) {
     host_position_steps(host, monitor->offset);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         monitor->offset[ax] -= host->machine.trust.shift_steps[ax];
-    host->observer = (struct host_observer){.ctx = monitor,
-                                            .looked = looked,
-                                            .put = put,
-                                            .asked = asked,
-                                            .said = said,
-                                            .dropped = dropped};
+    host->observer = (struct host_observer){
+        .ctx = monitor, .looked = looked, .put = put, .asked = asked, .said = said, .dropped = dropped};
     return monitor;
 }
 

@@ -343,7 +343,8 @@ static enum status end_call(const struct step *step) {
     if (program->call_count == 0)
         return STATUS_O_WORD_UNMATCHED;
     call = &program->calls[program->call_count - 1];
-    if (!oword_same(&call->sub->label, &step->oword->label))
+    /* The label of RETURN is that of what surrounds it, an if perhaps; LinuxCNC does not compare it. */
+    if (step->oword->kind == OWORD_ENDSUB && !oword_same(&call->sub->label, &step->oword->label))
         return STATUS_O_WORD_UNMATCHED;
     if (step->oword->kind == OWORD_ENDSUB && program->block_count > call->blocks) {
         program->line = program->blocks[program->block_count - 1].line;

@@ -369,8 +369,7 @@ static void a_sender_that_vanishes_or_sleeps_leaves_the_old_firmware(void) {
 
 /* @return it has the place */
 static bool newcomer(uint64_t peer) {
-    static const struct net_stream_ops ops = {
-        .read = other_read, .write = other_write, .close = other_close};
+    static const struct net_stream_ops ops = {.read = other_read, .write = other_write, .close = other_close};
     static const uint8_t nonce[OTA_NONCE_SIZE] = {0};
     memset(&other, 0, sizeof other);
     const bool in = ota_connect(&ota, &(struct net_stream){.ops = &ops, .peer = peer}, nonce, now_us);

@@ -68,7 +68,7 @@ static void state_from(struct input *input, struct gcode_state *state) {
 
 static void check_row(const double mm[AXIS_COUNT], const char *what) {
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
-        CLAIM(fabs(mm[ax]) <= GCODE_COORDINATE_MAX, "%s of axis %u is %g", what, ax, mm[ax]);
+        CLAIM(gcode_in_range(ax, mm[ax]), "%s of axis %u is %g", what, ax, mm[ax]);
 }
 
 static void check_modal(const struct gcode_modal *modal) {

@@ -274,7 +274,7 @@ def test_words_are_forgotten(drill: Controller, between: str) -> None:
         ("G81X1Z0R200000", 33),
         ("G81X1Z-200000R1", 33),
         ("G91G81X60000Z-1R0L2", 33),
-        ("G80G81X1Z0R1", 21),
+        ("G80G80", 21),
         ("G98G99", 21),
         ("G84X1Z0R1", 20),
         ("G87X1Z0R1", 20),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from ctypes import CDLL, byref, c_int
 
 from gcode_core import LINE_READY, NO_MOTION, XYZABC, Command, Controller, LineReader, status_table
@@ -34,6 +35,12 @@ def assert_sane(cnc: Controller, line: str | bytes) -> int:
     return status
 
 
+def assert_in_range(coordinates: Iterable[float]) -> None:
+    """100 m; 10 million turns."""
+    for axis, coordinate in zip("XYZABC", coordinates, strict=True):
+        assert abs(coordinate) <= (1e5 if axis in "XYZ" else 3.6e9)
+
+
 def _assert_sane_command(command: Command) -> None:
     move, modal = command.move, command.next
     assert math.isfinite(modal.feed_mm_s) and modal.feed_mm_s >= 0
@@ -43,10 +50,10 @@ def _assert_sane_command(command: Command) -> None:
     assert modal.wcs < 6
     assert command.store_wcs < 6
     if command.store:
-        assert all(abs(value) <= 1e5 for value in command.store_mm)
+        assert_in_range(command.store_mm)
     if move.motion != NO_MOTION:
-        assert all(abs(value) <= 1e5 for value in move.target_mm)
-        assert all(abs(value) <= 1e5 for value in move.via_mm)
+        assert_in_range(move.target_mm)
+        assert_in_range(move.via_mm)
         assert move.feed_mm_s >= 0 and math.isfinite(move.feed_mm_s)
         assert move.inverse_time_s >= 0 and math.isfinite(move.inverse_time_s)
         assert all(math.isfinite(value) for value in move.center_mm)

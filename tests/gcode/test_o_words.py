@@ -348,7 +348,6 @@ def test_an_empty_program(bench: Bench) -> None:
         ("o1 if [1]\no1 break\no1 endif", "O_WORD_UNMATCHED", 2),
         ("o1 while [1]\no2 break\no1 endwhile", "O_WORD_UNMATCHED", 2),
         ("o1 return", "O_WORD_UNMATCHED", 1),
-        ("o1 sub\no2 return\no1 endsub\no1 call", "O_WORD_UNMATCHED", 2),
         ("o1 endsub", "O_WORD_UNMATCHED", 1),
         ("X1\no1 sub\nX1", "O_WORD_UNMATCHED", 2),
         ("o1 sub\no2 sub\no2 endsub\no1 endsub", "O_WORD_UNMATCHED", 2),
@@ -535,3 +534,16 @@ def test_what_m73_saved_was_saved_over(bench: Bench, inner: str) -> None:
     program = f"o1 sub\n{inner}\no1 endsub\no2 sub\nM73\no1 call\no2 endsub\no2 call\n"
     assert failure(bench, program) == ("SAVED_OVER", 7)
     assert lines(bench, f"o1 sub\n{inner}\no1 endsub\no2 sub\nM73\no2 endsub\no2 call\no1 call\no2 call")
+
+
+@pytest.mark.parametrize("label", ["o1", "o<t>", "o77", "o#1"])
+def test_the_label_of_return_is_not_compared(bench: Bench, label: str) -> None:
+    """As in LinuxCNC: that of the block around it will do."""
+    text = f"o<t> sub\no1 if [#1 GT 0]\nX5\n{label} return [7]\no1 endif\nX9\no<t> endsub\no<t> call [1]\nX#<_value>"
+    if label == "o#1":  # a computed label is of a call
+        text = text.replace(label, "o<else>")
+    assert [line for _, line in bench.program(text)] == ["X5", "X7"]
+
+
+def test_task_says_that_a_machine_moves(bench: Bench) -> None:
+    assert [line for _, line in bench.program("o1 if [#<_task> EQ 1]\nX1\no1 endif")] == ["X1"]

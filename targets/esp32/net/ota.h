@@ -3,9 +3,8 @@
  * clock is an argument: it runs on a computer, too.
  *
  *   we      WIFICNC-OTA 3 BOARD NONCE SALT ROUNDS DIGEST STATE\n
- *                                               twice 32 hex digits, the nonce new for every connection; 16 of
- *                                               the digest of the firmware that runs (net/ota_flash.h);
- *                                               STATE: "trial" (net/update_trial.h) or "kept"
+ *                                               twice 32 hex digits, the nonce new for every connection; 16
+ * of the digest of the firmware that runs (net/ota_flash.h); STATE: "trial" (net/update_trial.h) or "kept"
  *   they    SIZE SHA256 SIGNATURE MAC\n         bytes; 64 hex digits of the image; 128 of its signature
  *                                               (net/signature.h); 64 of HMAC-SHA256(secret,
  *                                               "NONCE SIZE SHA256 SIGNATURE"), the secret

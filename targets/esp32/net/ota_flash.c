@@ -22,7 +22,8 @@ static const char *begin(void *ctx, size_t size) {
     if (size > update.slot->size)
         return "the image is larger than its slot";
     if (ota_flash_is_on_trial())
-        return "the firmware that runs is on trial: it is kept 30 s after its start, and can be replaced then";
+        return "the firmware that runs is on trial: it is kept 30 s after its start, and can be replaced "
+               "then";
     const char *why = flash->lock(flash->ctx);
     if (why != NULL)
         return why;

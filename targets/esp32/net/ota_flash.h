@@ -16,8 +16,8 @@ struct ota_flash {
 /** Their ctx is a struct ota_flash. */
 extern const struct ota_ops ota_flash_ops;
 
-/** Of the firmware that runs: the first OTA_DIGEST_DIGITS hex digits of the SHA-256 of its ELF file, which is in
- * every image (esp_app_desc_t, at 176 of the file). [start: the first call; then any task] */
+/** Of the firmware that runs: the first OTA_DIGEST_DIGITS hex digits of the SHA-256 of its ELF file, which is
+ * in every image (esp_app_desc_t, at 176 of the file). [start: the first call; then any task] */
 const char *ota_flash_digest(void);
 
 /** The image that runs was installed by an update and is not confirmed yet. */

@@ -20,7 +20,8 @@
     {path, type, tag, {page_file_##number, size}, {NULL, 0}, forever},
 
 #define ABOUT                                                                                                \
-    "{\"name\": \"%s\", \"version\": \"" VERSION_TEXT "\", \"board\": \"" BOARD_ID "\", \"digest\": \"%s\", " \
+    "{\"name\": \"%s\", \"version\": \"" VERSION_TEXT "\", \"board\": \"" BOARD_ID                           \
+    "\", \"digest\": \"%s\", "                                                                               \
     "\"axes\": %u}"
 
 #define SILENT_US 5000000u /* a silent connection holds one of four places */

@@ -17,7 +17,7 @@ struct kept {
     uint32_t mark;   /* RESTART_MARK: the next four are true */
     uint32_t reason; /* enum hal_restart_cause */
     uint32_t epc, caller, cause;
-    uint32_t motion; /* MOTION_MARK: axes moved */
+    uint32_t motion;    /* MOTION_MARK: axes moved */
     uint32_t starts;    /* counted from whatever power-on has left here */
     uint32_t noise[16]; /* never written: some bits of it are others after each power-on */
 };
