@@ -68,14 +68,14 @@ def test_both_motors_of_a_gantry_have_registers_or_neither(tmp_path: Path, left_
     [
         (
             UART,
-            "X(1, 0, 0, 1, 0, 1, 220, 0) X(1, 1, 0, 3, 0, 1, 220, 0) X(1, 2, 0, 0, 0, 1, 220, 0) "
-            "X(1, 3, 0, 2, 0, 1, 220, 0)",
+            "X(1, 0, 0, 1, 0, 1, 110, 0) X(1, 1, 0, 3, 0, 1, 110, 0) X(1, 2, 0, 0, 0, 1, 110, 0) "
+            "X(1, 3, 0, 2, 0, 1, 110, 0)",
             1,
         ),
         (
             SPI,
-            "X(2, 0, 0, 0, 0, 4, 50, 0) X(2, 1, 0, 1, 0, 4, 50, 0) X(2, 2, 0, 2, 0, 4, 50, 0) "
-            "X(2, 3, 0, 3, 0, 4, 50, 0)",
+            "X(2, 0, 0, 0, 0, 4, 50, 0) X(2, 1, 0, 1, 0, 4, 50, 0) X(2, 2, 0, 3, 0, 4, 50, 0) "
+            "X(2, 3, 0, 2, 0, 4, 50, 0)",
             2,
         ),
     ],
@@ -99,7 +99,7 @@ def edited(tmp_path: Path, board: str, *edits: tuple[str, str]) -> Path:
     return path
 
 
-@pytest.mark.parametrize(("board", "row"), [(UART, "X(1, 1, 1, 2, 0, 1, 220, 0)"), (SPI, "X(2, 1, 1, 3, 0, 4, 50, 0)")])
+@pytest.mark.parametrize(("board", "row"), [(UART, "X(1, 1, 1, 2, 0, 1, 110, 0)"), (SPI, "X(2, 1, 1, 2, 0, 4, 50, 0)")])
 def test_the_second_motor_of_an_axis_has_a_driver_of_its_own(tmp_path: Path, board: str, row: str) -> None:
     path = edited(tmp_path, board, *GANTRY)
     assert check_board(path) == []
@@ -115,9 +115,12 @@ def test_a_driver_of_a_second_motor_that_is_missing_is_refused(tmp_path: Path) -
 
 
 def test_a_second_motor_by_spi_has_a_select_line(tmp_path: Path) -> None:
-    pins = (17, 16, 21, 25)
+    pins = (17, 16, 25, 21)
     selects = [(f"place = {n}", f'cs = {{ pin = "GPIO{pin}", active = "low" }}') for n, pin in enumerate(pins)]
-    free = [(line, "") for line in ('spindle_pwm = "GPIO25"', 'coolant_mist = "GPIO21"', 'estop = "GPIO16"')]
+    free = [
+        (line, "")
+        for line in ('spindle_pwm = "GPIO25"', 'coolant_mist = "GPIO21"', 'estop = { pin = "GPIO16", active = "high" }')
+    ]
     path = edited(tmp_path, SPI, ('cs = { pin = "GPIO17", active = "low" }\n', ""), *free, *GANTRY, *selects)
     assert check_board(path) == []
     words = " ".join(pin_header_text(load_board(path)).split())

@@ -60,9 +60,9 @@ def test_it_shows_each_driver(server: Server) -> None:
         ("X", "TMC2209", 1), ("Y", "TMC2209", 3), ("Z", "TMC2209", 0), ("A", "TMC2209", 2),
     ]  # fmt: skip
     assert {row["state"] for row in rows} == {"not written"}
-    assert {row["most_ma"] for row in rows} == {957}, "220 mOhm, as the board file has it"
+    assert {row["most_ma"] for row in rows} == {1767}, "110 mOhm, as the board file has it"
     words = run().stdout
-    assert all(word in words for word in ("motor", "TMC2209", "not written", "957"))
+    assert all(word in words for word in ("motor", "TMC2209", "not written", "1767"))
     assert [row["name"] for row in shown("z")] == ["Z"]
 
 
@@ -88,7 +88,7 @@ def test_microsteps_keep_a_millimetre_with_steps(server: Server) -> None:
         (("x", "current=800"), "unknown setting of a driver: current"),
         (("x", "current_ma"), "is not an assignment"),
         (("x", "current_ma=much"), "is not an assignment"),
-        (("x", "current_ma=958"), "the sense resistor of driver X allows at most 957 mA"),
+        (("x", "current_ma=1768"), "the sense resistor of driver X allows at most 1767 mA"),
         (("x", "hold_pct=101"), "must be 0 to 100"),
         (("x", "microsteps=257"), "microsteps are 1, 2, 4, 8, 16, 32, 64, 128, 256, not 257"),
         (("x", "hold_pct=40", "hold_pct=60"), "hold_pct is given twice"),

@@ -370,7 +370,7 @@ static void start(void) {
     memset(&hal, 0, sizeof hal);
     step_pins = board_step_engine(&map);
     wire_motors();
-    drive(0, true);
+    drive(map.wire[SIGNAL_ESTOP].gpio, false); /* its contact is closed */
     inputs_init(&hal.inputs, inputs, &step_pins.gang, &roles);
     CHECK(outputs[SWITCH_ENABLE_X + SECOND_Y].pin == second_wire(SIGNAL_ENABLE_Y2, SIGNAL_ENABLE_A)->gpio);
     CHECK(outputs_init(&hal.outputs, outputs, &hal.step.shifted));

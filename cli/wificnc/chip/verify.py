@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from wificnc.board.model import Board
+from wificnc.checked.paths import shown
 from wificnc.chip.job import run_on_chip
 from wificnc.chip.wired import Wired, greet, wire
 from wificnc.errors import BuildError, FlashError, UserError
@@ -68,12 +69,12 @@ def _steps(board: Board, image: Path) -> int:
     with tempfile.TemporaryDirectory() as folder:
         job = Path(folder) / "verify.nc"
         job.write_text(JOB, encoding="ascii")
-        done = run_on_chip(board, SimOptions(job, board.id), [], image=image)
+        done = run_on_chip(board, SimOptions(job, str(board.path)), [], image=image)
     if done.errors:
         raise FlashError(f"this firmware fails in the virtual chip: {JOB.split()[1]} is refused, {done.errors[0]}")
     if done.first_difference is not None:
         raise FlashError(
             f"this firmware fails in the virtual chip: G1X2 makes {done.events} step events, "
-            f"and event {done.first_difference} is not the one of `wificnc sim --board {board.id}`"
+            f"and event {done.first_difference} is not the one of `wificnc sim --board {shown(board.path)}`"
         )
     return done.events

@@ -1,7 +1,8 @@
 /** Which signal is on which pin: the board's own wiring, moved by what is stored. */
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
-import { BOARDS } from "../boards";
+import { served } from "../app";
+import { BOARDS, findBoard } from "../boards";
 import { board, chooseBoard } from "../chosen";
 import { pinoutUrl } from "../pinouts";
 import { choosePin, clashes, ownPin, pinOf, refusal, swapsWith } from "../storage/board";
@@ -20,6 +21,7 @@ export function PinsTab(): JSX.Element {
     <div class="columns">
       <div class="w6 stack">
         <Card title={t`Pins`} tools={<BoardChoice />}>
+          <UnknownBoard />
           {movable ? <MovablePins board={board.value} /> : <FixedPins board={board.value} />}
         </Card>
       </div>
@@ -27,6 +29,19 @@ export function PinsTab(): JSX.Element {
         <PinoutCard />
       </div>
     </div>
+  );
+}
+
+/** A controller of a board file of its owner's: the page has no pins of it, and shows those of another board. */
+function UnknownBoard(): JSX.Element | null {
+  const by = served.value;
+  if (!by || findBoard(by.board)) return null;
+  return (
+    <Notice
+      kind="warn"
+      title={t`The pins of ${by.board} are not known here`}
+      text={t`${by.name} is made from a board file of its owner's. What follows is ${board.value.name}, not the wiring of this controller.`}
+    />
   );
 }
 

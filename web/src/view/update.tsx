@@ -19,7 +19,7 @@ const anyBoard = signal(false);
 /** Nothing where this page is not a controller's of its own. */
 export function UpdateCard(): JSX.Element | null {
   const by = served.value;
-  if (!by || findBoard(by.board)?.target !== "esp32") return null;
+  if (!by || (findBoard(by.board)?.target ?? "esp32") !== "esp32") return null; // unknown: a board file of its owner
   return (
     <Card title={t`Update the firmware`}>
       <p class="small soft">
