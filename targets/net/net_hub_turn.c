@@ -144,17 +144,19 @@ static void refuse_for_want_of_room(struct net_hub *hub, struct net_client *clie
     client->explained = true;
 }
 
-/* Who does not read its answers keeps no one waiting: they are short then, and late. */
+/* Who does not read its answers keeps no one waiting: they are short then. */
 static bool answer_left(struct net_hub *hub) {
     bool any = net_hub_look_whose(hub);
     while (hub->left.count > 0 && hub->inside_left == 0 && net_line_is_marked(net_queue_head(&hub->left))) {
         const char *line = net_queue_head(&hub->left);
         const size_t size = first_line(line, hub->left.count);
         struct net_client *client = marked_client(hub, line);
-        if (client->lost_lines == 0 && has_room(hub, client))
+        if (has_room(hub, client))
             net_hub_answer_line(hub, client, line + 1, size - 2);
-        else
+        else if (line[1] == '?') /* one of many that had not begun: refused as it reads */
             net_hub_lose_line(hub, client);
+        else
+            refuse_for_want_of_room(hub, client);
         net_queue_drop(&hub->left, size);
         any = true;
         (void)net_hub_look_whose(hub);
