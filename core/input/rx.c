@@ -69,7 +69,7 @@ void rx_request(struct rx *rx, uint32_t bits) {
      * runs. */
     if ((bits & (REALTIME_HOLD | REALTIME_JOG_CANCEL)) != 0)
         __atomic_store_n(&rx->cancel_at, rx->index.head, __ATOMIC_RELAXED); /* published below */
-    if ((bits & REALTIME_HOLD) != 0) /* a resume that came before it counts no more */
+    if ((bits & (REALTIME_STOPS | REALTIME_PARK)) != 0) /* a resume that came before it counts no more */
         __atomic_fetch_and(&rx->realtime, ~(uint32_t)REALTIME_RESUME, __ATOMIC_RELAXED);
     if (bits != 0)
         __atomic_fetch_or(&rx->realtime, bits, __ATOMIC_RELEASE);

@@ -414,6 +414,8 @@ bool net_hub_feed(struct net_hub *hub) {
         net_hub_end_stop(hub);
     if (hub->ops->whose != NULL)
         net_hub_follow_parked(hub);
+    if (hub->parked.inside_hand > 0) /* what is answered of it is no answer to the operator's next line */
+        net_hub_hear(hub);
     const bool answered = has_turns(hub) && net_hub_answer_turns(hub);
     const bool pendants = hub->has_pendants && net_hub_feed_pendants(hub);
     if (hub->has_pendants && net_hub_waits_for_pendant(hub))
@@ -445,7 +447,8 @@ static void say_line(struct net_hub *hub, const char *line, size_t size) {
     const bool is_news = net_line_is_news(line, size);
     const bool of_hand = hub->inside_hand > 0 && !is_news;
     const bool of_operator = hub->parked.inside > 0 && !is_news && !of_hand;
-    bool of_left = hub->inside_left > 0 && !is_news && !of_hand && !of_operator;
+    const bool of_aside = hub->parked.inside_hand > 0 && !is_news && !of_hand && !of_operator;
+    bool of_left = hub->inside_left > 0 && !is_news && !of_hand && !of_operator && !of_aside;
     if (net_line_begins(line, size, "Grbl "))
         follow_reset(hub);
     hub->inside -= answer && hub->inside > 0;
@@ -457,6 +460,7 @@ static void say_line(struct net_hub *hub, const char *line, size_t size) {
             net_hub_is_for(hub, client, is_news))
             net_hub_say(hub, client, line, size);
     hub->inside_hand = (uint8_t)(hub->inside_hand - (answer && of_hand));
+    hub->parked.inside_hand = (uint8_t)(hub->parked.inside_hand - (answer && of_aside));
     if (answer && of_operator)
         net_hub_count_operators(hub);
     if (answer && of_left)

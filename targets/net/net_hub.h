@@ -171,6 +171,8 @@ struct net_hub_parked {
     struct net_client *operator; /* whose they are */
     struct net_queue unread;     /* lines of it that are refused behind their answers */
     struct net_hub_lines job;    /* the owner's from before 0xA3 */
+    struct net_client *hand;     /* the pendant whose turn waits, as its line or motion is held; or NULL */
+    uint8_t inside_hand;         /* of `inside`, that pendant's: answered behind the operator's */
 };
 
 struct net_hub {
@@ -184,7 +186,7 @@ struct net_hub {
     bool has_pendants;         /* one has come since the start: only then is any looked for */
     struct net_client *hand;   /* the pendant whose turn it is: lines of others wait; NULL: no one's */
     bool mpg;                  /* ... by 0x8B, until it gives control back: lines of others are refused */
-    uint8_t inside_hand;       /* of `inside`, the pendant's, which are answered first */
+    uint8_t inside_hand;       /* of `inside`, the pendant's in its turn, which are answered first */
     bool hand_parked;          /* ... it began in a parked hold: it ends when its lines are answered */
     bool others_first;         /* a pendant has had its turn, and others wait */
     bool sender_lost; /* in a pendant's turn, whose motion continues: the controller learns it after it */

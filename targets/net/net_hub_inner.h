@@ -81,7 +81,7 @@ void net_hub_write(struct net_client *client);
 
 /** The owner's lines that the controller has not answered. */
 static inline uint32_t net_hub_owners_inside(const struct net_hub *hub) {
-    return hub->inside - hub->inside_left - hub->inside_hand - hub->parked.inside;
+    return hub->inside - hub->inside_left - hub->inside_hand - hub->parked.inside - hub->parked.inside_hand;
 }
 
 /** Hubs whose clients from elsewhere are locked out until they are known. */
@@ -212,6 +212,10 @@ void net_hub_lose_pendant(struct net_hub *hub, struct net_client *client);
 /** Control by 0x8B is taken from it. @param by  whose lines behind that are new */
 void net_hub_end_mpg(struct net_hub *hub, struct net_client *by);
 
+/** What a pendant has under way is held, and the hold is the operator's: others have their turn in it, too.
+ */
+void net_hub_put_turn_aside(struct net_hub *hub);
+
 /** The controller has forgotten all lines: whose turn it was, and whose answers are due, is over. */
 void net_hub_end_turns(struct net_hub *hub);
 
@@ -227,7 +231,8 @@ void net_hub_follow_parked(struct net_hub *hub);
 /** ~ waits for lines of the operator. @return false: there are none */
 bool net_hub_keep_resume(struct net_hub *hub);
 
-/** A stop comes: the ~ that waits is before it. */
+/** A stop comes, and the controller has it before it acts: of a ~ that waits it takes only that it has ended
+ * the operator's lines. */
 void net_hub_put_kept_resume(struct net_hub *hub);
 
 /** The owner is it no more: its lines are those of the job. */
