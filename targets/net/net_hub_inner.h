@@ -118,8 +118,9 @@ void net_hub_disown_left(struct net_hub *hub, const struct net_client *client);
 
 /* ---- net_hub_reports.c ---- */
 
-/** A request for a report would find room. */
-bool net_hub_may_ask(const struct net_hub *hub);
+/** A report for this client would find room: else its request waits. Who commands and does not read its
+ * answers keeps no report from others. */
+bool net_hub_may_ask(const struct net_hub *hub, const struct net_client *client);
 
 /** A client that does not command has sent this byte. @return true: it wants a report */
 bool net_hub_want_report(struct net_client *client, uint8_t byte);
@@ -139,7 +140,8 @@ bool net_hub_answer_reports(struct net_hub *hub, struct net_client *client, cons
 /** A reset ends everyone's automatic reports. */
 void net_hub_end_reports(struct net_hub *hub);
 
-/** Reports that were asked for are for all; automatic ones for those who read them. */
+/** Reports that were asked for are for all, but an owner that does not read; automatic ones for those who
+ * read them. */
 bool net_hub_gets_report(const struct net_hub *hub, const struct net_client *client);
 
 /** All have it. */
