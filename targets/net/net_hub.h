@@ -199,6 +199,7 @@ struct net_hub {
     uint32_t questions;    /* ever asked by $LOGIN: each has its number */
     struct net_hub_knock { /* an address that is locked out, and tries to command */
         uint64_t peer;     /* 0: none */
+        uint64_t host;     /* as that of its stream */
         uint32_t first_us, last_us;
         bool more; /* others have tried, too */
     } knock;

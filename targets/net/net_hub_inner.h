@@ -89,6 +89,11 @@ static inline bool net_hub_locks(const struct net_hub *hub) {
     return hub->access != NULL && !hub->access->open;
 }
 
+/** Where there is an access key: clients of this address are let in without it. */
+static inline bool net_hub_trusts(const struct net_hub *hub, const struct net_stream *stream) {
+    return access_may_at(hub->access, stream->peer, stream->host);
+}
+
 /** Look again at a login that waits for its turn. */
 void net_hub_log_in_again(struct net_hub *hub, struct net_client *client);
 

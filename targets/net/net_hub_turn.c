@@ -191,7 +191,7 @@ bool net_hub_answer_turns(struct net_hub *hub) {
 
 /* Its trust was revoked, so it cannot trust itself again. */
 static bool is_shut_out(const struct net_hub *hub, const struct net_client *client) {
-    return client->by_trust && net_hub_locks(hub) && !access_may(hub->access, client->stream.peer);
+    return client->by_trust && net_hub_locks(hub) && !net_hub_trusts(hub, &client->stream);
 }
 
 void net_hub_end_turns_of(struct net_hub *hub, struct net_client *client) {
