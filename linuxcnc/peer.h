@@ -41,7 +41,9 @@ struct peer {
     bool is_up;    /* it has said who it is */
     bool is_known; /* `status` is one */
     struct wire_status status;
-    uint32_t status_us; /* its clock, of that status */
+    uint32_t status_us; /* its clock, of that status ... */
+    double status_s;    /* ... and ours, when it came */
+    double interval_s;  /* from one to the next, on average */
     double heard_s, pinged_s, registered_s;
     bool was_estop, was_reset; /* as last wanted; what was pressed before the connection is not a reset */
     bool stop_is_unseen;       /* no report has said since that it is in e-stop */
