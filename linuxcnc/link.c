@@ -158,6 +158,7 @@ static void report(void *owner) {
     link_note_state(link, link->peer.status.state, link->peer.status_us);
     if (link->has_encoder)
         encoder_take(&link->encoder, link->peer.status_us, link->peer.now_s, &link->peer.status);
+    link->reported_done = link->sender.done;
     link_date_report(link);
     motion_note_off(link);
     motion_check_position(link);

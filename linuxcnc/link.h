@@ -91,10 +91,11 @@ struct link {
     enum link_phase opens_for; /* LINK_OFF, LINK_HOMED or LINK_TOUCHED: the one before LINK_OPENING */
     bool is_open;
     struct sender sender;
-    double queued_s;      /* motion that waits in the controller */
-    unsigned stream_asks; /* requests for a stream and for its end that are not answered */
-    bool is_stale;        /* the newest report is older than what is known of a stream ... */
-    uint32_t stale_us;    /* ... which is of this time of the controller's clock */
+    double queued_s;        /* motion that waits in the controller */
+    uint32_t reported_done; /* sender.done when the newest report came */
+    unsigned stream_asks;   /* requests for a stream and for its end that are not answered */
+    bool is_stale;          /* the newest report is older than what is known of a stream ... */
+    uint32_t stale_us;      /* ... which is of this time of the controller's clock */
     struct slicer slicer;
     struct clearance clearance;
     struct sample sample;         /* the newest */

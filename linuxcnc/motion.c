@@ -18,6 +18,7 @@ static const double STANDS_S = 1.0;   /* after switching on the machine must be 
 static const double HELD_S = 2.0;     /* LinuxCNC has seen a hold, and slowed down */
 static const double MOVING_S = 0.1;   /* it commands motion as long as it did so in this time */
 static const double SPARE_S = 0.1;    /* a queue may be longer by so much, or twice as long */
+static const double NETWORK_S = 0.05; /* a report may be so much longer on its way */
 static const double HOMING_WAY = 0.1; /* units that a joint creeps when it is homed */
 static const char NO_SAMPLES[] =
     "the servo thread gives no samples: load sampler, and addf it, as docs/linuxcnc.md shows";
@@ -116,6 +117,7 @@ static bool begin_slices(struct link *link) {
  * queue. */
 static void begin(struct link *link, const struct wire_stream_opened *opened) {
     sender_begin(&link->sender, opened->stream, opened->capacity);
+    link->reported_done = 0;
     link->stream = opened->stream;
     link->is_open = true;
     link->is_late = false;
@@ -467,8 +469,9 @@ void link_sample(struct link *link, const struct sample *sample, double now_s) {
  * (cli/wificnc/linuxcnc/config.py). With hysteresis, so that LinuxCNC does not stutter. */
 static void look_for_delay(struct link *link) {
     double level_s = link->options.level_s, spare_s = fmax(level_s, SPARE_S);
-    double waiting_s = SLICE_S * (link->sender.end - link->sender.done) + peer_blind_s(&link->peer);
-    link->is_late = waiting_s > level_s + spare_s * (link->is_late ? 0.5 : 1.5);
+    double waiting_s = SLICE_S * (link->sender.end - link->sender.done);
+    double unseen_s = SLICE_S * (link->sender.end - link->reported_done) - link->peer.interval_s - NETWORK_S;
+    link->is_late = fmax(waiting_s, unseen_s) > level_s + spare_s * (link->is_late ? 0.5 : 1.5);
 }
 
 static bool moves_while_held(const struct link *link) {

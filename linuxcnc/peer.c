@@ -5,13 +5,11 @@
 #include "base/version.h"
 #include "words_gen.h"
 
-#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
 static const double PING_S = 5.0;
-static const double NETWORK_S = 0.05;         /* a report may be so much longer on its way */
 static const double INTERVAL_PART = 1.0 / 16; /* of the average is the newest */
 static const double REGISTER_S = 0.1;         /* again, until there is a report */
 static const double ESTOP_WAY_S = 0.05; /* an e-stop by UDP may be so much longer on its way than a reset */
@@ -229,10 +227,6 @@ void peer_hear_tcp(struct peer *peer, const uint8_t *bytes, size_t count, double
 static bool has_started_anew(const struct peer *peer, const struct wire_status *status) {
     uint32_t back_ms = peer->status.uptime_ms - status->uptime_ms;
     return peer->is_known && back_ms > LATE_MAX_MS && back_ms <= INT32_MAX;
-}
-
-double peer_blind_s(const struct peer *peer) {
-    return fmax(0.0, peer->now_s - peer->status_s - peer->interval_s - NETWORK_S);
 }
 
 /* A single one may be early or late. */

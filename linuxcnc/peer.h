@@ -60,8 +60,6 @@ void peer_hear_udp(struct peer *peer, const uint8_t *packet, size_t size, double
 void peer_hear_tcp(struct peer *peer, const uint8_t *bytes, size_t count, double now_s);
 /** Look at the time, ask for a sign of life now and then. @return whether it is up, and not lost */
 bool peer_tick(struct peer *peer, double now_s);
-/** By so much longer than usual there has been no report, s. */
-double peer_blind_s(const struct peer *peer);
 /** A request; the answer comes to the owner. */
 void peer_ask(struct peer *peer, uint8_t type, const void *payload, size_t size);
 /** A datagram. */

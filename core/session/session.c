@@ -325,7 +325,8 @@ static void follow_gone(struct session *session) {
 static void follow_motion(struct session *session) {
     const struct machine *machine = session->machine;
     struct session_owner *owner = &session->owner;
-    if (machine_state(machine) != MACHINE_RUN || !machine_host_has_segments(machine))
+    const bool rests = machine_is_standing(machine) && host_queue_is_empty(&machine_host(machine)->queue);
+    if (rests || machine_state(machine) != MACHINE_RUN || !machine_host(machine)->owns)
         return;
     owner->motion_us = session->now_us;
     if (machine_host_taken(machine) - machine_host_done(machine) <= 1 && !owner->lost)

@@ -257,14 +257,15 @@ static bool is_remote(const struct machine *machine) {
     return machine->host.owns || machine->host.job.step == HOST_JOB_BRAKES;
 }
 
-/* Which of a button and a byte came first is not known: a stop counts. */
+/* Which of a button and a byte came first is not known: a stop counts. What else the controller counts, a
+ * lost sender, it has done before it looked at the button. */
 static void see_stops(struct monitor *monitor) {
     struct leave *leave = &monitor->leave;
     const struct machine *machine = &monitor->host->machine;
     const uint8_t now = pressed(monitor), fresh = now & (uint8_t)~leave->pressed;
     if ((fresh & PRESS_STOP) != 0 || (leave->stops != machine->suspend.stops && !leave->resumed))
         leave->granted = false;
-    else if ((fresh & PRESS_START) != 0 && !leave->stopped)
+    if ((fresh & (PRESS_START | PRESS_STOP)) == PRESS_START && !leave->stopped)
         leave->granted = true;
     leave->pressed = now;
     leave->stops = machine->suspend.stops;

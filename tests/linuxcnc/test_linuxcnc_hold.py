@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import pytest
 from link_bench import SCALE, Bench, Feed, mover
+from wificnc.linuxcnc.config import following_error
 
 SPEED = 20.0
 REPORT_S = 0.05  # two of its reports, and the way to the pins
@@ -126,3 +129,51 @@ def test_a_machine_that_stands_elsewhere_is_a_fault(bench: Bench) -> None:
     bench.run(0.1)
     assert bench.pins["fault"] and bench.pins["message.moved"]
     assert bench.said == ["joint 0 is at step 401 and was sent to step 400"]
+
+
+# ---- following error ----
+
+
+class Followed(Feed):
+    """A joint that LinuxCNC moves there and back, and what is left of the following error that it allows."""
+
+    def __init__(self, bench: Bench, speed: float, accel: float) -> None:
+        super().__init__(bench, 0, 80.0, speed, accel)
+        self.most, self.least = following_error(speed, accel)
+        self.room, self.waited = self.least, False
+
+    def step(self) -> None:
+        super().step()
+        if self.bench.command[0] == self.target:
+            self.target = 80.0 - self.target
+        error = abs(self.bench.command[0] - self.bench.feedback[0])
+        self.room = min(self.room, max(self.least, self.most * self.v / self.speed) - error)
+        self.waited |= self.bench.pins["feed-inhibit"]
+
+
+@pytest.mark.parametrize("lost_s", [0.1, 0.4, 0.8])
+def test_reports_that_are_lost_alone_make_linuxcnc_wait(make_bench: Callable[..., Bench], lost_s: float) -> None:
+    """Motion is acknowledged, and LinuxCNC does not see it: it must not run away from what it sees."""
+    bench = make_bench(settings={76: 50})
+    bench.enable()
+    joint = Followed(bench, 40.0, 400.0)
+    bench.run(1.0)
+    assert not joint.waited
+    bench.wire.loses_status = True
+    bench.run(lost_s)
+    bench.wire.loses_status = False
+    bench.run(2)
+    assert joint.waited == (lost_s > 0.3) and not bench.pins["fault"]
+    assert joint.room > 0 and joint.v > 0, "it continues"
+
+
+@pytest.mark.alike(2)
+@pytest.mark.parametrize("loss", [0.0, 0.03, 0.1, 0.2, 0.3])
+def test_a_lossy_network_stays_within_the_following_error(make_bench: Callable[..., Bench], loss: float) -> None:
+    """At its top speed and acceleration, without a rest. Datagrams take up to 20 ms, so they overtake one another."""
+    bench = make_bench(settings={76: 50, 110: 5000, 120: 400})
+    bench.enable()
+    bench.wire.loss, bench.wire.delay_s = loss, 0.02
+    joint = Followed(bench, 5000 / 60, 400.0)
+    bench.run(12)
+    assert joint.room > 0 and not bench.pins["fault"]

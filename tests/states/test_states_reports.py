@@ -42,7 +42,7 @@ def test_observers_get_reports_while_the_owner_does_not_read(hub: HubHosts, ask:
     for place in (OBSERVER, OTHER):
         hub.put_of(place, ask)
         hub.after(0.1)
-        assert reports(hub.heard_of(place)) == 1
+        assert [reports(hub.heard_of(each)) for each in (OBSERVER, OTHER)] == [1, 1], "of all who read"
 
 
 def test_automatic_reports_continue_too(hub: HubHosts) -> None:
