@@ -36,6 +36,7 @@ def needs_zig(test: Test) -> Test:
     skip = pytest.mark.skipif(not HAS_ZIG, reason="no ziglang here: pip install ziglang")
     return pytest.mark.slow(skip(test))  # type: ignore[no-any-return]
 
+
 # Lines, and what they are answered.
 SHORT_FORM = [
     ("$", r"\[HLP:.*ok\r\n$"),
