@@ -24,8 +24,10 @@ from lint.problem import Problem, source_files
 
 MAX_BYTES = 256
 
-FLAGS = ("-std=c11", "-g1", "-O0", "-fno-builtin", "-w", "-S", "-emit-llvm")
+FLAGS = ("-std=c11", "-g1", "-O0", "-fno-builtin", "-S", "-emit-llvm")
+WARNING = f"-Wlarge-by-value-copy={MAX_BYTES}"  # others are other lints'
 COPY = re.compile(r"@llvm\.memcpy\.[^(]*\([^\n]*?i64 (\d+), i1 \w+\)[^\n]*?!dbg (!\d+)")
+PASSED = re.compile(r":(\d+):\d+: warning: .*\((\d+) bytes\) pass-by-value")
 PLACE = re.compile(r"^(!\d+) = !DILocation\(line: (\d+)", re.MULTILINE)
 
 
@@ -50,6 +52,7 @@ def check_file(compiler: list[str], root: Path, path: Path) -> list[Problem]:
         command = [
             *compiler,
             *FLAGS,
+            WARNING,
             *(f"-I{root / folder}" for folder in HEADERS),
             str(root / path),
             "-o",
@@ -61,7 +64,9 @@ def check_file(compiler: list[str], root: Path, path: Path) -> list[Problem]:
         code = output.read_text(encoding="utf-8")
     return [
         Problem(path, line, f"{size} bytes by value; above {MAX_BYTES} clear, fill or memcpy() them in place")
-        for line, size in large_copies(code)
+        for line, size in sorted(
+            {*large_copies(code), *((int(line), int(size)) for line, size in PASSED.findall(run.stderr))}
+        )
     ]
 
 
