@@ -114,6 +114,8 @@ def test_stack(controller: Controller, zig: Pic32Build) -> None:
     """After all of the above, and what takes most of it."""
     for line in DEEPEST:
         controller.send(line)
+    controller.rest()
+    controller.realtime("\x18", 0.3)
     assert 0 < stack_used(controller, zig) <= STACK_BUDGET
 
 
