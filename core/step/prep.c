@@ -43,12 +43,9 @@
 
 void prep_init(struct prep *prep, struct segment_queue *in, struct step *step,
                const struct prep_timing *timing) {
-    static const int32_t zero[AXIS_COUNT];
     memset(prep, 0, sizeof *prep);
-    prep->in = in;
-    prep->step = step;
-    prep->timing = *timing;
-    prep_reset(prep, zero);
+    prep->in = in, prep->step = step, prep->timing = *timing;
+    prep_reset(prep, (const int32_t[AXIS_COUNT]){0});
 }
 
 /* ---- spans and marks ---- */

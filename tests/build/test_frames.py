@@ -45,7 +45,7 @@ def mips_compilers() -> list[MipsCompiler]:
 def test_the_firmware_of_the_pic32mz(tmp_path: Path, name: str) -> None:
     limit = frames.frame_limit(ROOT / name, ROOT)
     for compiler in mips_compilers():
-        flags = [flag for flag in (*compiler.flags, *_unit(ROOT, tmp_path, compiler, ROOT / name).flags)]
+        flags = [*compiler.flags, *_unit(ROOT, tmp_path, compiler, ROOT / name).flags]
         command = [*compiler.argv, *flags, "-fno-lto", "-O1", "-Wno-dangling-pointer"]
         for size, good in ((limit // 2, True), (limit + 64, False), (43_000, False)):
             (tmp_path / "one.c").write_text(TEMPORARY % size)

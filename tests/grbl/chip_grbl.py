@@ -93,7 +93,7 @@ class ChipGrbl:
         """Write as its answers leave room, continue until nothing happens any more, hear."""
         pieces = re.findall(r"[^\n\r]*[\r\n]+|[^\n\r]+$", data)
         lines = len(re.findall(r"\r\n|\r|\n", data))
-        said, flying = "", 0
+        said, flying, typed = "", 0, dict(self._typed)
         for piece in pieces:
             while flying > IN_FLIGHT:
                 fresh = self._slice()
@@ -101,6 +101,8 @@ class ChipGrbl:
             self.put(piece)
             flying += max(10, len(piece))
         said += self._settle(lines - answers(said), brief=bool(lines) and not re.search("[\x18~]", data))
+        if lines == 1 and "error:" in said:  # a setting that was refused
+            self._typed = typed
         return self._plain(said)
 
     def _settle(self, due: int, brief: bool) -> str:
@@ -154,17 +156,12 @@ class ChipGrbl:
         return self.after(0, "?")
 
     def state(self) -> str:
-        """As the host's controller says it, in no time: a copy of the chip is asked, for a question takes 10 us on the
-        wire and an answer up to a ms, in which what is tested may end."""
-        if self.chip.unread:  # lines that were put before: until they are read, and the main loop has looked
+        """Of lines that were put before, too: once they are read and the main loop has looked."""
+        if self.chip.unread:
             while self.chip.unread:
                 self.chip.run(SHORT_S)
             self.chip.run(LOOK_S)
-        self._recorded.append(self.chip.steps())
-        self.chip.save()
-        said = self.status()
-        self.chip.restore()
-        return said[1:].split("|")[0]
+        return self.status()[1:].split("|")[0]
 
     def time(self) -> float:
         return (self.chip.cycles - self._waited) / self.chip.cpu_hz

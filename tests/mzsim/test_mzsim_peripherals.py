@@ -131,8 +131,8 @@ def test_causes_of_resets_stay_until_they_are_cleared(ready: VirtualChip) -> Non
 
 
 def test_a_lost_oscillator_is_no_reset(ready: VirtualChip) -> None:
-    """Section 8.2: the clock monitor goes over to the backup clock and raises an NMI, at the address of a reset. Ports and
-    RAM stay; a reset does not bring the clock back."""
+    """Section 8.2: the clock monitor goes over to the backup clock and raises an NMI, at the address of a reset. Ports
+    and RAM stay; a reset does not bring the clock back."""
     ready.write_register(port("D", 0x30), 0x00F0)
     ready.write_ram(0x100, b"here")
     ready.oscillator(False)

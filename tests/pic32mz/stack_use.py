@@ -1,4 +1,4 @@
-"""How much of its stack the image has used: painted before power-on, and looked at afterwards. Interrupts are in it, for
+"""How much of its stack the image has used: painted before power-on, and looked at afterwards. Interrupts are in it:
 all of them run on this stack."""
 
 from __future__ import annotations

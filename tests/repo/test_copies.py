@@ -15,7 +15,7 @@ BY_VALUE = {
     "assignment": "void f(struct room *r) { a = *r; }",
     "local copy": "int f(const struct room *r) { struct room own = *r; return own.bytes[2]; }",
     "returned": "struct room f(void) { return a; }",
-    "argument": "int g(struct room r); int f(void) { return g(a); }",
+    "argument": "int f(struct room r);\nint f(struct room r) { return r.bytes[2]; }",
 }
 IN_PLACE = {
     "cleared": "void f(struct room *r, int *hal) { memset(r, 0, sizeof *r); r->hal = hal; }",
@@ -32,7 +32,7 @@ def found(tmp_path: Path, code: str, size: int) -> list[str]:
 @pytest.mark.parametrize("way", BY_VALUE)
 def test_a_large_one_is_found(tmp_path: Path, way: str) -> None:
     (said,) = found(tmp_path, BY_VALUE[way], MAX_BYTES)
-    assert said.startswith("one.c:4: ") and "by value" in said
+    assert said.startswith(("one.c:4: ", "one.c:5: ")) and "by value" in said
 
 
 @pytest.mark.parametrize("code", [*IN_PLACE.values(), BY_VALUE["assignment"].replace("a = *r", "a.hal = r->hal")])

@@ -11,6 +11,7 @@ import os
 import re
 import shutil
 import subprocess
+import tempfile
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -23,8 +24,10 @@ from lint.problem import Problem, source_files
 
 MAX_BYTES = 256
 
-FLAGS = ("-std=c11", "-g1", "-O0", "-fno-builtin", "-w", "-S", "-emit-llvm", "-o", "-")
+FLAGS = ("-std=c11", "-g1", "-O0", "-fno-builtin", "-S", "-emit-llvm")
+WARNING = f"-Wlarge-by-value-copy={MAX_BYTES}"  # others are other lints'
 COPY = re.compile(r"@llvm\.memcpy\.[^(]*\([^\n]*?i64 (\d+), i1 \w+\)[^\n]*?!dbg (!\d+)")
+PASSED = re.compile(r":(\d+):\d+: warning: .*\((\d+) bytes\) pass-by-value")
 PLACE = re.compile(r"^(!\d+) = !DILocation\(line: (\d+)", re.MULTILINE)
 
 
@@ -44,13 +47,26 @@ def check_copies(root: Path) -> list[Problem]:
 
 def check_file(compiler: list[str], root: Path, path: Path) -> list[Problem]:
     """One C file. @param path  relative to root"""
-    command = [*compiler, *FLAGS, *(f"-I{root / folder}" for folder in HEADERS), str(root / path)]
-    run = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
-    if run.returncode != 0:
-        return [Problem(path, 0, run.stderr.strip().partition("\n")[0])]
+    with tempfile.TemporaryDirectory() as scratch:
+        output = Path(scratch) / "code.ll"  # zig prints none
+        command = [
+            *compiler,
+            *FLAGS,
+            WARNING,
+            *(f"-I{root / folder}" for folder in HEADERS),
+            str(root / path),
+            "-o",
+            str(output),
+        ]
+        run = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
+        if run.returncode != 0:
+            return [Problem(path, 0, run.stderr.strip().partition("\n")[0])]
+        code = output.read_text(encoding="utf-8")
     return [
-        Problem(path, line, f"{size} bytes by value; from {MAX_BYTES} on fill or memcpy() them in place")
-        for line, size in large_copies(run.stdout)
+        Problem(path, line, f"{size} bytes by value; above {MAX_BYTES} clear, fill or memcpy() them in place")
+        for line, size in sorted(
+            {*large_copies(code), *((int(line), int(size)) for line, size in PASSED.findall(run.stderr))}
+        )
     ]
 
 

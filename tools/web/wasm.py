@@ -10,8 +10,8 @@ import subprocess
 from pathlib import Path
 
 from wificnc.build.cross import zig_cc
-from wificnc.build.host import HEADERS, WARNINGS
 from wificnc.build.frames import pc_frame_flags
+from wificnc.build.host import HEADERS, WARNINGS
 from wificnc.build.lock import build_lock
 from wificnc.build.objects import Unit, compile_stale, failure, is_older
 from wificnc.build.platforms import SYSTEMS, sources_of

@@ -134,7 +134,18 @@ def _compile(
     made = Object(source, output / source.relative_to(root).with_suffix(".o"))
     made.path.parent.mkdir(parents=True, exist_ok=True)
     frame = frame_flags(frame_limit(source, root), family="clang")
-    clang = [*argv, *frame, "-emit-llvm", "-S", "-MD", "-MF", str(depfile(made.path)), "-o", str(made.code), str(source)]
+    clang = [
+        *argv,
+        *frame,
+        "-emit-llvm",
+        "-S",
+        "-MD",
+        "-MF",
+        str(depfile(made.path)),
+        "-o",
+        str(made.code),
+        str(source),
+    ]
     llc = [tools.llc, f"-mcpu={CPU}", "-O2", "--function-sections", "--data-sections", str(made.code)]
     call0 = has_call0_abi(root, source)
     command = [*clang, *llc, str(call0)]

@@ -12,7 +12,7 @@ FRAME_BYTES = 1024
 
 # Files and folders that may have more: bytes, reason. The longest name counts.
 LARGER: dict[str, tuple[int, str]] = {
-    "core/settings/store.c": (2048, "every value of a page at once; the controller's task alone comes here"),
+    "core/settings/store.c": (2048, "every value of a page together; the controller's task alone comes here"),
     "core/machine/compute.c": (2048, "a line, what it computes, and the line that comes of it"),
     "core/gcode/jog.c": (2048, "a copy of the modes, so that a jog cannot change the program's"),
     "targets/net/": (2048, "one datagram or one head of a request"),
