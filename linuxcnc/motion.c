@@ -463,10 +463,11 @@ void link_sample(struct link *link, const struct sample *sample, double now_s) {
         slice(link);
 }
 
-/* With hysteresis, so that LinuxCNC does not stutter. */
+/* Of motion and of reports that are lost: the feedback is no later than LinuxCNC's following error allows
+ * (cli/wificnc/linuxcnc/config.py). With hysteresis, so that LinuxCNC does not stutter. */
 static void look_for_delay(struct link *link) {
     double level_s = link->options.level_s, spare_s = fmax(level_s, SPARE_S);
-    double waiting_s = SLICE_S * (link->sender.end - link->sender.done);
+    double waiting_s = SLICE_S * (link->sender.end - link->sender.done) + peer_blind_s(&link->peer);
     link->is_late = waiting_s > level_s + spare_s * (link->is_late ? 0.5 : 1.5);
 }
 

@@ -5,12 +5,15 @@
 #include "base/version.h"
 #include "words_gen.h"
 
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <string.h>
 
 static const double PING_S = 5.0;
-static const double REGISTER_S = 0.1;   /* again, until there is a report */
+static const double NETWORK_S = 0.05;         /* a report may be so much longer on its way */
+static const double INTERVAL_PART = 1.0 / 16; /* of the average is the newest */
+static const double REGISTER_S = 0.1;         /* again, until there is a report */
 static const double ESTOP_WAY_S = 0.05; /* an e-stop by UDP may be so much longer on its way than a reset */
 static const double RESET_MAX_S = 0.5;  /* a reset waits this long for the end of an e-stop */
 static const double SILENT_S = 1.0;     /* without a report or an answer for this long it is gone */
@@ -228,6 +231,18 @@ static bool has_started_anew(const struct peer *peer, const struct wire_status *
     return peer->is_known && back_ms > LATE_MAX_MS && back_ms <= INT32_MAX;
 }
 
+double peer_blind_s(const struct peer *peer) {
+    return fmax(0.0, peer->now_s - peer->status_s - peer->interval_s - NETWORK_S);
+}
+
+/* A single one may be early or late. */
+static void note_interval(struct peer *peer) {
+    const double gap_s = peer->now_s - peer->status_s;
+    if (peer->is_known)
+        peer->interval_s += peer->interval_s > 0.0 ? INTERVAL_PART * (gap_s - peer->interval_s) : gap_s;
+    peer->status_s = peer->now_s;
+}
+
 static void take_status(struct peer *peer, const uint8_t *payload, uint32_t at_us) {
     struct wire_status status;
     wire_get_status(payload, &status);
@@ -235,6 +250,7 @@ static void take_status(struct peer *peer, const uint8_t *payload, uint32_t at_u
     if (has_started_anew(peer, &status))
         peer->lost = "the controller has restarted";
     else if (!peer->is_known || peer_is_later(at_us, peer->status_us)) {
+        note_interval(peer);
         peer->status = status;
         peer->status_us = at_us;
         peer->is_known = true;

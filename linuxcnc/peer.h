@@ -41,7 +41,9 @@ struct peer {
     bool is_up;    /* it has said who it is */
     bool is_known; /* `status` is one */
     struct wire_status status;
-    uint32_t status_us; /* its clock, of that status */
+    uint32_t status_us; /* its clock, of that status ... */
+    double status_s;    /* ... and ours, when it came */
+    double interval_s;  /* from one to the next, on average */
     double heard_s, pinged_s, registered_s;
     bool was_estop, was_reset; /* as last wanted; what was pressed before the connection is not a reset */
     bool stop_is_unseen;       /* no report has said since that it is in e-stop */
@@ -58,6 +60,8 @@ void peer_hear_udp(struct peer *peer, const uint8_t *packet, size_t size, double
 void peer_hear_tcp(struct peer *peer, const uint8_t *bytes, size_t count, double now_s);
 /** Look at the time, ask for a sign of life now and then. @return whether it is up, and not lost */
 bool peer_tick(struct peer *peer, double now_s);
+/** By so much longer than usual there has been no report, s. */
+double peer_blind_s(const struct peer *peer);
 /** A request; the answer comes to the owner. */
 void peer_ask(struct peer *peer, uint8_t type, const void *payload, size_t size);
 /** A datagram. */

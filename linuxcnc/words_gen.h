@@ -44,6 +44,10 @@ static const char *const word_of_refusal[] = {
     [23] = "a stop or a newer packet of its kind was sent later but received earlier",
     [24] = "the board has no output for this spindle, its direction or this coolant",
     [25] = "the host sent nothing for `$77` ms while its stream was open, so it was lost",
+    [26] = "home: a pull-off ($27, $200 ..) is not shorter than the travel of its axis",
+    [27] = "home: with one switch the pull-offs of both motors ($27, $200 ..) may differ by 5 % of the travel",
+    [28] = "home: StallGuard ($250 ..) needs $24, $25 and $110 .. at $260 .. or faster",
+    [29] = "home: StallGuard needs a motor current ($140 ..), and DIAG wired to the limit input",
 };
 
 enum {

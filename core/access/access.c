@@ -47,15 +47,15 @@ void access_poll(struct access *access, uint32_t now_us) {
             access->trust[i] = (struct access_trust){0};
 }
 
-static const struct access_trust *place_of(const struct access *access, uint64_t who) {
+static const struct access_trust *place_of(const struct access *access, uint64_t who, uint64_t host) {
     for (unsigned i = 0; i < ACCESS_TRUSTED; i++)
-        if (access->trust[i].who == who)
+        if (access->trust[i].who == who && access->trust[i].host == host)
             return &access->trust[i];
     return NULL;
 }
 
-bool access_may(const struct access *access, uint64_t who) {
-    return access->open || (who != 0 && place_of(access, who) != NULL);
+bool access_may_at(const struct access *access, uint64_t who, uint64_t host) {
+    return access->open || (who != 0 && place_of(access, who, host) != NULL);
 }
 
 bool access_is_turn(struct access *access, uint64_t who, uint32_t since_us) {
@@ -102,10 +102,10 @@ enum access_result access_answer(struct access *access, uint64_t who, uint32_t s
     return access_prove(access, who, since_us, proof, right);
 }
 
-bool access_trust(struct access *access, uint64_t who, enum access_span span) {
-    const struct access_trust *found = place_of(access, who);
+bool access_trust_at(struct access *access, uint64_t who, uint64_t host, enum access_span span) {
+    const struct access_trust *found = place_of(access, who, host);
     if (found == NULL)
-        found = place_of(access, 0);
+        found = place_of(access, 0, 0);
     if (found == NULL)
         return span == ACCESS_NOT;
     struct access_trust *place = &access->trust[found - access->trust];
@@ -114,12 +114,12 @@ bool access_trust(struct access *access, uint64_t who, enum access_span span) {
         *place = (struct access_trust){0};
     else
         *place = (struct access_trust){
-            .who = who, .end_us = span == ACCESS_ALWAYS ? UINT64_MAX : access->now_us + DAY_US};
+            .who = who, .host = host, .end_us = span == ACCESS_ALWAYS ? UINT64_MAX : access->now_us + DAY_US};
     return true;
 }
 
 void access_keep(struct access *access, uint64_t who) {
-    const struct access_trust *found = place_of(access, who);
+    const struct access_trust *found = place_of(access, who, 0);
     const uint64_t end_us = access->now_us + KEEP_US;
     if (who != 0 && found != NULL && found->end_us < end_us)
         access->trust[found - access->trust].end_us = end_us;
@@ -138,19 +138,36 @@ static uint64_t mark_of_key(const struct access *access) {
     return (uint64_t)derived[0] << 16 | (uint64_t)derived[1] << 8 | derived[2];
 }
 
+/* Which of the numbers that are stored are followed by the other half of an IPv6 address: bits of the first
+ * one, above the mark. */
+static uint64_t has_host(unsigned at) {
+    return (uint64_t)1 << (32 + at);
+}
+
 unsigned access_stored(const struct access *access, uint64_t stored[ACCESS_STORED]) {
     unsigned count = 1;
-    for (unsigned i = 0; i < ACCESS_TRUSTED; i++)
-        if (access->trust[i].who != 0 && access->trust[i].end_us == UINT64_MAX)
-            stored[count++] = access->trust[i].who;
     stored[0] = mark_of_key(access);
+    for (unsigned i = 0; i < ACCESS_TRUSTED; i++) {
+        const struct access_trust *place = &access->trust[i];
+        if (place->who == 0 || place->end_us != UINT64_MAX)
+            continue;
+        stored[0] |= place->host != 0 ? has_host(count) : 0;
+        stored[count++] = place->who;
+        if (place->host != 0)
+            stored[count++] = place->host;
+    }
     return count > 1 ? count : 0;
 }
 
 void access_restore(struct access *access, const uint64_t stored[], unsigned count) {
-    const bool same_key = count > 0 && stored[0] == mark_of_key(access);
-    for (unsigned i = 1; same_key && i < count; i++)
-        if (stored[i] != 0)
-            (void)access_trust(access, stored[i], ACCESS_ALWAYS);
+    const bool same_key = count > 0 && (uint32_t)stored[0] == mark_of_key(access);
+    for (unsigned i = 1; same_key && i < count; i++) {
+        const uint64_t who = stored[i];
+        const bool halves = i < ACCESS_STORED && (stored[0] & has_host(i)) != 0;
+        if (halves && ++i >= count)
+            break;
+        if (who != 0)
+            (void)access_trust_at(access, who, halves ? stored[i] : 0, ACCESS_ALWAYS);
+    }
     access->changed = false;
 }

@@ -18,7 +18,7 @@ enum {
     ACCESS_NONCE = 16,
     ACCESS_ROUNDS = 2000, /* of PBKDF2; with a made key none would be needed */
     ACCESS_TRUSTED = 8,
-    ACCESS_STORED = ACCESS_TRUSTED + 1
+    ACCESS_STORED = 2 * ACCESS_TRUSTED + 1
 };
 
 enum access_result {
@@ -32,6 +32,7 @@ enum access_span { ACCESS_NOT, ACCESS_DAY, ACCESS_ALWAYS };
 
 struct access_trust {
     uint64_t who;    /* lockout_ipv4(), or 64 bits of another kind of address; 0: a free place */
+    uint64_t host;   /* the other 64 bits of an IPv6 address; 0: it has no more */
     uint64_t end_us; /* UINT64_MAX: never */
 };
 
@@ -59,8 +60,15 @@ void access_init(struct access *access, const char *key, bool open, const uint8_
 /** Let trust and lockouts run out. Call it at least every half an hour: the clock wraps. */
 void access_poll(struct access *access, uint32_t now_us);
 
-/** A client of this address may command without a key. */
-bool access_may(const struct access *access, uint64_t who);
+/** A client of this address may command without a key. Guesses are counted by `who` alone, of IPv6 the
+ * network: a guesser has all addresses of one; trust is in the whole address. @param host  as in access_trust
+ */
+bool access_may_at(const struct access *access, uint64_t who, uint64_t host);
+
+/** The same of an address that is no IPv6 one. */
+static inline bool access_may(const struct access *access, uint64_t who) {
+    return access_may_at(access, who, 0);
+}
 
 /** Whether it is the turn of a try (base/lockout.h). @param since_us  access->clock_us when it came */
 bool access_is_turn(struct access *access, uint64_t who, uint32_t since_us);
@@ -84,11 +92,17 @@ void access_nonce(const struct access *access, uint32_t number, uint8_t nonce[AC
 enum access_result access_answer(struct access *access, uint64_t who, uint32_t since_us, uint32_t number,
                                  const uint8_t proof[SHA256_SIZE]);
 
-/** Trust this address from now on, instead of what was. @return false: all places are taken */
-bool access_trust(struct access *access, uint64_t who, enum access_span span);
+/** Trust this address from now on, instead of what was. @param host  as in access_trust
+ *  @return false: all places are taken */
+bool access_trust_at(struct access *access, uint64_t who, uint64_t host, enum access_span span);
 
-/** The host of this address is in control: its trust does not run out within the next ten minutes, so its job
- * is not held in the middle. */
+/** The same of an address that is no IPv6 one. */
+static inline bool access_trust(struct access *access, uint64_t who, enum access_span span) {
+    return access_trust_at(access, who, 0, span);
+}
+
+/** The host of this address, which is no IPv6 one, is in control: its trust does not run out within the next
+ * ten minutes, so its job is not held in the middle. */
 void access_keep(struct access *access, uint64_t who);
 
 /** Trust what is in this place no more. @param place  0 .. ACCESS_TRUSTED - 1 */

@@ -31,7 +31,8 @@ struct lockout {
 };
 
 /** Whether it is a try's turn: look at it then, and call lockout_note(). Else ask again, every 100 ms or so.
- *  @param who  tells addresses apart: lockout_ipv4(), or 64 bits of another kind of address
+ *  @param who  tells addresses apart: lockout_ipv4(), or 64 bits of another kind of address: of IPv6 its
+ * network
  *  @param since_us  when the try came, the same each time it asks  @param now_us  wraps, as all of them */
 bool lockout_may_try(struct lockout *lockout, uint64_t who, uint32_t since_us, uint32_t now_us);
 

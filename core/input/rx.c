@@ -69,7 +69,7 @@ void rx_request(struct rx *rx, uint32_t bits) {
      * runs. */
     if ((bits & (REALTIME_HOLD | REALTIME_JOG_CANCEL)) != 0)
         __atomic_store_n(&rx->cancel_at, rx->index.head, __ATOMIC_RELAXED); /* published below */
-    if ((bits & REALTIME_HOLD) != 0) /* a resume that came before it counts no more */
+    if ((bits & (REALTIME_STOPS | REALTIME_PARK)) != 0) /* a resume that came before it counts no more */
         __atomic_fetch_and(&rx->realtime, ~(uint32_t)REALTIME_RESUME, __ATOMIC_RELAXED);
     if (bits != 0)
         __atomic_fetch_or(&rx->realtime, bits, __ATOMIC_RELEASE);
@@ -225,6 +225,25 @@ void rx_drop_aside(struct rx *rx, size_t count) {
         rx->bytes[(at - 1 + moves) & (RX_SIZE - 1)] = rx->bytes[(at - 1) & (RX_SIZE - 1)];
     rx->aside_from += moves;
     rx_drop(rx, count);
+}
+
+static uint32_t line_ends(const struct rx *rx, uint32_t from, uint32_t to) {
+    uint32_t ends = 0;
+    for (uint32_t at = from; at != to; at++)
+        ends += rx->bytes[at & (RX_SIZE - 1)] == '\n';
+    return ends;
+}
+
+uint32_t rx_drop_job(struct rx *rx) {
+    const enum rx_aside aside = rx_aside(rx);
+    const uint32_t head = rx->index.head, to = aside == RX_ASIDE_NONE ? head : rx->aside_from;
+    uint32_t ends = line_ends(rx, rx->index.tail, to);
+    if (aside == RX_ASIDE_ENDED) {
+        ends += line_ends(rx, rx->aside_to, head);
+        __atomic_store_n(&rx->index.head, rx->aside_to, __ATOMIC_RELEASE);
+    }
+    __atomic_store_n(&rx->index.tail, to, __ATOMIC_RELEASE);
+    return ends;
 }
 
 bool rx_take_lost(struct rx *rx) {

@@ -32,6 +32,7 @@ enum realtime {
     REALTIME_PARK_LOST = 0x100,   /* ... before the lines up to the last ~ were read: it marks nothing */
     REALTIME_AUTO_REPORT = 0x200, /* 0x8C: grblHAL's */
     REALTIME_REPORTS = REALTIME_STATUS | REALTIME_FULL_STATUS,
+    REALTIME_STOPS = REALTIME_HOLD | REALTIME_RESET | REALTIME_DOOR | REALTIME_JOG_CANCEL,
 };
 
 /** Override bytes 0x90 .. 0xA1, and the one of M1's switch, are kept in order: two of them count twice. */
@@ -135,6 +136,10 @@ static inline void rx_end_aside(struct rx *rx) {
     __atomic_store_n(&rx->aside, RX_ASIDE_NONE, __ATOMIC_RELEASE);
 }
 
+/** [task, and the producer's, too] The job's bytes that wait are dropped; the operator's stay.
+ * @return ends of lines (LF) among them */
+uint32_t rx_drop_job(struct rx *rx);
+
 /** [task] A lost line. When no byte waits it is the next line: answer it, and forget a half line. */
 bool rx_take_lost(struct rx *rx);
 
@@ -144,7 +149,8 @@ uint32_t rx_take_realtime(struct rx *rx);
 /** [task] Forget what would start or change something and was not taken yet: ~, 0xA3 and overrides. */
 void rx_withdraw(struct rx *rx);
 
-/** [task] As if these real-time bytes had come now: buttons. @param bits  enum realtime */
+/** [task] As if these real-time bytes had come now: buttons. A stop, or 0xA3, takes back a ~ that waits.
+ *  @param bits  enum realtime */
 void rx_request(struct rx *rx, uint32_t bits);
 
 /** [task] The oldest override byte, or -1. */

@@ -28,8 +28,8 @@ void text_int(const struct text_out *out, int32_t value) {
 }
 
 void text_hex(const struct text_out *out, uint32_t value) {
-    char digits[] = "0x00000000";
-    for (unsigned at = sizeof digits - 2; at > 1; at--, value >>= 4)
+    char digits[] = "00000000";
+    for (unsigned at = sizeof digits - 1; at-- > 0; value >>= 4)
         digits[at] = "0123456789ABCDEF"[value & 15u];
     text_string(out, digits);
 }

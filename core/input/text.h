@@ -25,7 +25,7 @@ void text_string(const struct text_out *out, const char *string);
 /** value in decimal. */
 void text_int(const struct text_out *out, int32_t value);
 
-/** value as 0x and eight digits. */
+/** value as eight hexadecimal digits, capitals. */
 void text_hex(const struct text_out *out, uint32_t value);
 
 /** value with 0 .. 6 decimals, rounded half away from zero; |value| < 1e12. "-0.000" is written "0.000" as in

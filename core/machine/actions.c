@@ -201,8 +201,14 @@ enum refusal action_resume(struct machine *machine) {
 
 /* ---- settings ---- */
 
+/* A contact of the other kind than $749 has counts as pressed, and no reset would lead on. */
+bool action_frees_estop(const struct machine *machine, int32_t number) {
+    return number == SETTING_ESTOP_NORMALLY_OPEN && machine->life.alarm == ALARM_ESTOP;
+}
+
 enum status action_set(struct machine *machine, enum actor actor, uint16_t number, double value) {
-    const enum refusal refusal = action_may(machine, ACTION_STORE, actor);
+    const enum refusal refusal =
+        action_frees_estop(machine, number) ? REFUSAL_NONE : action_may(machine, ACTION_STORE, actor);
     return refusal == REFUSAL_NONE ? configure_set(machine, number, value) : refusal_status(refusal);
 }
 

@@ -70,6 +70,10 @@ void action_hold(struct machine *machine);
 /** `~` of a host. REFUSAL_BUSY: there is no hold. */
 enum refusal action_resume(struct machine *machine);
 
+/** [task] This setting may be set while the e-stop counts as pressed (alarm 50). @param number  of a setting,
+ * or no number of one */
+bool action_frees_estop(const struct machine *machine, int32_t number);
+
 /** $number=value, not kept before action_save(). @return as settings_set(), or the status of a refusal */
 enum status action_set(struct machine *machine, enum actor actor, uint16_t number, double value);
 

@@ -27,6 +27,7 @@ enum { STEP_GRID_MAX = 16 };
 /** What the board fixes. */
 struct machine_board {
     const char *digest; /* of this firmware, for $I; NULL: none */
+    uint32_t start_id; /* another number after each power-on and reset of the chip; 0: it has none */
     uint32_t timer_hz;
     uint32_t step_pulse_ns;    /* the shortest; $0 means it when it is this, in whole us */
     uint16_t default_pulse_us; /* what $0 starts at; 0: step_pulse_ns */

@@ -189,6 +189,11 @@ static enum status set(struct machine *machine, const char *text) {
     return STATUS_OK;
 }
 
+static bool frees_estop(const struct machine *machine, const char *text) {
+    enum status status;
+    return action_frees_estop(machine, left_side(&text, &status));
+}
+
 /* The line is executed first, and stored if that went well (answer_line()). */
 static enum status startup_line(struct machine *machine, const char *text) {
     enum status status;
@@ -301,10 +306,11 @@ static enum status run(struct machine *machine, const char *text) {
     const struct command *command = commands;
     while (rest_of(command, text) == NULL)
         command++;
+    const char *rest = rest_of(command, text);
     const enum refusal refusal = action_may(machine, command->needs, ACTOR_TEXT);
-    if (refusal != REFUSAL_NONE)
+    if (refusal != REFUSAL_NONE && !(command->run == set && frees_estop(machine, rest)))
         return refusal_status(refusal);
-    return command->run(machine, rest_of(command, text));
+    return command->run(machine, rest);
 }
 
 void command_line(struct machine *machine, const char *line) {

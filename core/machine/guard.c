@@ -17,10 +17,10 @@ static uint32_t pressed(const struct hal_inputs *now, const struct hal_inputs *b
     return bits;
 }
 
-/* Which of a hold and the start button came first is not known when both are new: the hold counts. */
+/* Which of a stop and the start button came first is not known when both are new: the stop counts. */
 static uint32_t without_doubt(const struct rx *rx, uint32_t bits) {
-    bool holds = ((bits | __atomic_load_n(&rx->realtime, __ATOMIC_RELAXED)) & REALTIME_HOLD) != 0;
-    return holds ? bits & ~(uint32_t)REALTIME_RESUME : bits;
+    bool stops = ((bits | __atomic_load_n(&rx->realtime, __ATOMIC_RELAXED)) & REALTIME_STOPS) != 0;
+    return stops ? bits & ~(uint32_t)REALTIME_RESUME : bits;
 }
 
 /* The switches are not as they were at the last edge. */
@@ -39,6 +39,7 @@ bool guard_poll(struct machine *machine) {
     struct hal_inputs before = machine->inputs;
     hal_inputs_read(machine->hal, &machine->inputs);
     const struct hal_inputs *now = &machine->inputs;
+    machine->life.estop_was_released |= !now->estop;
     overrides_see_switch(machine, before.digital);
     if (are_news(machine, now)) /* the end of debouncing; or a board without edge interrupts for them */
         inputs_look(machine);

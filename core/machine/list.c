@@ -183,6 +183,7 @@ void list_build(struct machine *machine) {
         text_string(&machine->out, machine->board.digest);
         text_string(&machine->out, "]\r\n");
     }
+    report_start(machine, "[START:", "]\r\n");
     report_underruns(machine);
     report_gaps(machine);
 }

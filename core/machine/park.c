@@ -215,6 +215,7 @@ void park_take_back(struct machine *machine, const double shift_mm[AXIS_COUNT]) 
 void park_forget(struct machine *machine) {
     static const double nowhere[AXIS_COUNT] = {0};
     dial_stop(machine);
+    suspend_count_stop(&machine->suspend);
     if (machine->park.open) {
         if (machine->lines.open)
             answer_line(machine, STATUS_LOCKED);

@@ -33,6 +33,11 @@ uint8_t machine_stops(const struct machine *machine);
 /** Bytes that its receive buffer would take. */
 size_t machine_line_room(const struct machine *machine);
 
+/** Another client has taken control: the job's lines that have not begun are dropped. That which is under way
+ * stays, and is answered when it is done. In the task that puts the lines.
+ * @return lines dropped */
+uint32_t machine_drop_unread(struct machine *machine);
+
 /** The pendant whose line was read last is gone: its jog ends; anything else of it is a lost sender's. */
 void machine_pendant_lost(struct machine *machine);
 

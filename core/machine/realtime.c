@@ -68,8 +68,10 @@ static void take_bits(struct machine *machine, uint32_t bits) {
         lines_flush_jogs(&machine->lines);
     if ((bits & REALTIME_JOG_CANCEL) != 0 && machine->life.state == MACHINE_JOG)
         jog_cancel(machine);
-    if ((bits & REALTIME_JOG_CANCEL) != 0)
+    if ((bits & REALTIME_JOG_CANCEL) != 0) {
         park_stop(machine);
+        suspend_stop_restoring(&machine->suspend);
+    }
     if ((bits & REALTIME_DOOR) != 0)
         suspend_open_door(machine);
     if ((bits & REALTIME_HOLD) != 0)

@@ -75,6 +75,15 @@ void report_alarm(struct machine *machine, enum alarm alarm) {
 
 void report_banner(struct machine *machine) {
     text_string(&machine->out, MACHINE_BANNER);
+    machine->reports.start_due = true;
+}
+
+void report_start(const struct machine *machine, const char *before, const char *behind) {
+    if (machine->board.start_id == 0)
+        return;
+    text_string(&machine->out, before);
+    text_hex(&machine->out, machine->board.start_id);
+    text_string(&machine->out, behind);
 }
 
 void report_changed_offset(struct machine *machine) {

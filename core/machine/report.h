@@ -17,6 +17,7 @@ struct machine_reports {
     uint8_t ov_wait;      /* reports until the field is due */
     uint8_t mpg;          /* enum mpg_control */
     bool mpg_due;         /* ... has changed */
+    bool start_due;       /* board.start_id: in the first report after a banner */
     uint8_t coolant_told; /* COOLANT_ bits of which wiring_report_coolant() has spoken */
 };
 
@@ -33,6 +34,9 @@ static inline void report_changed_mpg(struct machine_reports *reports, bool on) 
 
 /** Grbl's greeting */
 void report_banner(struct machine *machine);
+
+/** board.start_id as 8 digits, with what stands before and behind it; nothing where there is none */
+void report_start(const struct machine *machine, const char *before, const char *behind);
 
 /** [MSG:text] */
 void report_message(struct machine *machine, const char *text);

@@ -148,7 +148,11 @@ const char *reset_way_out(const struct machine *machine) {
         [HAL_LOCK_SAFE_MODE] = "Safe mode after crashes in a row: switch the controller off and on",
         [HAL_LOCK_STEPS_LOST] = "Step pulses were lost: restart the controller",
     };
-    return reset_is_barred(machine, &machine->inputs) ? locks[machine->inputs.lock] : "Reset to continue";
+    if (!reset_is_barred(machine, &machine->inputs))
+        return "Reset to continue";
+    if (machine->inputs.lock == HAL_LOCK_NONE && !machine->life.estop_was_released)
+        return "E-stop open since start: close its contact, or see $749";
+    return locks[machine->inputs.lock];
 }
 
 void reset_tell_way_out(struct machine *machine) {

@@ -18,7 +18,7 @@ void restart_describe(const struct machine *machine, const struct text_out *out)
         return;
     text_string(out, causes[restart->cause]);
     for (unsigned n = 0; n < restart->address_count; n++) {
-        text_string(out, n == 0 ? " at " : " ");
+        text_string(out, n == 0 ? " at 0x" : " 0x");
         text_hex(out, restart->address[n]);
     }
     if (restart->detail == NULL)

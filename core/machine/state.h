@@ -9,14 +9,15 @@
 /** State, alarm and reset. */
 struct machine_life {
     enum machine_state state;
-    enum alarm alarm;     /* the newest; ALARM_NONE after a reset */
-    bool locks_again;     /* the e-stop came while the machine was locked: it is locked after it, too */
-    bool critical;        /* after alarm 1, 2 or e-stop: only a reset helps */
-    bool critical_untold; /* ... and that was not said yet */
-    bool release_told;    /* ... but that the e-stop must be released first */
-    bool restart;         /* the banner is due */
-    bool reset_asked;     /* by a $ command */
-    bool restarted;       /* locked since a restart that was not requested: board.restart */
+    enum alarm alarm;        /* the newest; ALARM_NONE after a reset */
+    bool locks_again;        /* the e-stop came while the machine was locked: it is locked after it, too */
+    bool critical;           /* after alarm 1, 2 or e-stop: only a reset helps */
+    bool critical_untold;    /* ... and that was not said yet */
+    bool release_told;       /* ... but that the e-stop must be released first */
+    bool estop_was_released; /* since start: something is wired there */
+    bool restart;            /* the banner is due */
+    bool reset_asked;        /* by a $ command */
+    bool restarted;          /* locked since a restart that was not requested: board.restart */
 };
 
 /** Reset at the next look at real-time requests. */

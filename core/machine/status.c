@@ -179,5 +179,8 @@ void status_report(struct machine *machine, bool all) {
     report_pins(machine);
     report_now_and_then(machine, offset_mm, all);
     report_mpg(machine, all);
+    if (all || machine->reports.start_due)
+        report_start(machine, "|Start:", "");
+    machine->reports.start_due = false;
     text_string(out, ">\r\n");
 }

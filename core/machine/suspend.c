@@ -130,6 +130,10 @@ void suspend_open_door(struct machine *machine) {
         reset_machine(machine, ALARM_HOMING_DOOR);
         return;
     }
+    if (machine->life.state == MACHINE_DOOR) { /* the tools go off again, and `~` is asked for again */
+        machine->suspend.restores = false;
+        park_stop(machine);
+    }
     if (!state_go(machine, EVENT_OPEN))
         return;
     report_message(machine, "Check Door");

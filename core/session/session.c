@@ -320,6 +320,18 @@ static void follow_gone(struct session *session) {
     session_switch_off(session);
 }
 
+/* What is executed is no silence: motion is the host's for `$77` behind its end. Whether its host is there is
+ * asked as long as more follows; the last segment that was accepted is executed to its end, however long. */
+static void follow_motion(struct session *session) {
+    const struct machine *machine = session->machine;
+    struct session_owner *owner = &session->owner;
+    if (machine_state(machine) != MACHINE_RUN || !machine_host_has_segments(machine))
+        return;
+    owner->motion_us = session->now_us;
+    if (machine_host_taken(machine) - machine_host_done(machine) <= 1 && !owner->lost)
+        owner->alive_us = session->now_us;
+}
+
 /* A released key, or a host that hangs, stops it. */
 static void follow_jog(struct session *session) {
     const struct host_jog *jog = &machine_host(session->machine)->jog;
@@ -334,6 +346,7 @@ static void follow_owner(struct session *session) {
     bool streams = session->stream.open && session->stream.client >= 0;
     if (!owner->on)
         return;
+    follow_motion(session);
     if (is_owner_gone(session))
         follow_gone(session);
     /* As long as its connection exists, an open stream keeps motion, however long the host pauses. */

@@ -248,6 +248,8 @@ struct settings {
     uint8_t m1_inputs;
     /** $748 0..255: Of the inputs of $747, those that are low when the switch is on. */
     uint8_t m1_invert;
+    /** $749: E-stop contact: 0 opens when pressed, so a cut wire stops the machine; 1 closes when pressed. */
+    bool estop_normally_open;
 };
 
 /** $N of each setting. A per-axis one is X's, the others follow: SETTING_MAX_RATE_MM_MIN + axis. */
@@ -370,6 +372,7 @@ enum setting_number {
     SETTING_DRIVER_FAULT = 746,
     SETTING_M1_INPUTS = 747,
     SETTING_M1_INVERT = 748,
+    SETTING_ESTOP_NORMALLY_OPEN = 749,
 };
 
 /** What follows from a setting: the column `affects`. */
@@ -388,9 +391,9 @@ enum setting_effect {
 };
 
 /** Rows of the table (a per-axis row stands for six settings), and settings in all on six axes. */
-enum { SETTINGS_ROW_COUNT = 118, SETTINGS_COUNT = 198 };
+enum { SETTINGS_ROW_COUNT = 119, SETTINGS_COUNT = 199 };
 
 /** The greatest N of $N. */
-enum { SETTINGS_NUMBER_MAX = 748 };
+enum { SETTINGS_NUMBER_MAX = 749 };
 
 #endif

@@ -127,4 +127,5 @@ const struct setting_row setting_rows[SETTINGS_ROW_COUNT] = {
     {746, FIELD(driver_fault), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 0, 2, 2, 0x400},
     {747, FIELD(m1_inputs), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 0, 255, 0, 0x004},
     {748, FIELD(m1_invert), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 0, 255, 0, 0x004},
+    {749, FIELD(estop_normally_open), SETTING_TYPE_BOOL, 1, 0, STATUS_BAD_NUMBER, 0, 1, 0, 0x010},
 };

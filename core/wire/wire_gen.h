@@ -162,6 +162,10 @@ enum wire_refusal {
     WIRE_REFUSAL_OVERTAKEN = 23, /* a stop or a newer packet of its kind was sent later but received earlier */
     WIRE_REFUSAL_NO_OUTPUT = 24, /* the board has no output for this spindle, its direction or this coolant */
     WIRE_REFUSAL_SILENT = 25, /* the host sent nothing for `$77` ms while its stream was open, so it was lost */
+    WIRE_REFUSAL_PULL_OFF = 26, /* home: a pull-off ($27, $200 ..) is not shorter than the travel of its axis */
+    WIRE_REFUSAL_RACKS = 27, /* home: with one switch the pull-offs of both motors ($27, $200 ..) may differ by 5 % of the travel */
+    WIRE_REFUSAL_STALL_SLOW = 28, /* home: StallGuard ($250 ..) needs $24, $25 and $110 .. at $260 .. or faster */
+    WIRE_REFUSAL_NO_STALL = 29, /* home: StallGuard needs a motor current ($140 ..), and DIAG wired to the limit input */
 };
 
 enum { WIRE_HEADER_SIZE = 18 };

@@ -13,6 +13,10 @@
 enum { ESP32_MOTION_PERIOD_US = 1000, ESP32_MOTION_LATE_US = 50 };
 enum { ESP32_CONTROLLER_PERIOD_US = 1000, ESP32_CONTROLLER_LATE_US = 3000 };
 
+/* How long each of them may work without a pause (task_rest.h): it costs at most a tick in nine. A round with
+ * work takes at least ESP32_ROUND_US, so the PC, where it takes no time, counts rounds. */
+enum { ESP32_WORK_MAX_US = 8000, ESP32_ROUND_US = 100 };
+
 /* PIC32MZ: one loop does all. It sleeps until the next interrupt, the tick's at the latest. */
 enum { PIC32MZ_LOOP_PERIOD_US = 1000, PIC32MZ_LOOP_LATE_US = 500 };
 

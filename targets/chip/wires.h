@@ -41,6 +41,11 @@ struct input_wire {
     uint8_t pull; /* PIN_PULL_ of pin_config.h */
 };
 
+/** Which level of inputs counts, by settings: $5, $6, $72, $749. */
+struct input_senses {
+    bool limit_invert, probe_invert, toolsetter_invert, estop_normally_open;
+};
+
 /** A pin and the level that switches it on. */
 struct output_wire {
     uint8_t pin; /* NO_PIN: not wired */

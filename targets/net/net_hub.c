@@ -118,6 +118,32 @@ static bool add_owners(struct net_hub *hub, struct net_client *client, const cha
     return false;
 }
 
+/* Who holds its jog key down is not in control now; all else is held, as no one else watches it. The line is
+ * answered immediately, but behind what its client has sent before it lost control. */
+static void take_control(struct net_hub *hub, struct net_client *client) {
+    net_hub_end_mpg(hub, client);
+    if (hub->owner != NULL || is_busy(hub)) {
+        net_hub_put_realtime(hub, client, JOG_CANCEL);
+        hub->ops->act(hub->ctx);
+    }
+    net_hub_leave_parked(hub);
+    net_hub_refuse_unread(hub);
+    if (is_busy(hub))
+        net_hub_put_realtime(hub, client, '!');
+    if (client != hub->owner)
+        net_hub_set_owner(hub, client);
+    net_hub_follow_parked(hub);
+    net_hub_say_message(hub, client, "In control");
+    net_hub_answer_observer(hub, client, "", 0);
+}
+
+/* By its first byte it is in control already, where no one was; but lines of a lost sender wait before it. */
+static bool takes_from_lost(const struct net_hub *hub, const struct net_client *client) {
+    const char *line = net_queue_head(&client->in);
+    return client->whole == 0 && net_hub_owners_inside(hub) == 0 &&
+           (hub->left.count > 0 || hub->inside_left > 0) && is_take(line, client->in.count);
+}
+
 static void take_owners(struct net_hub *hub, struct net_client *client, char character, bool line_ends) {
     if (client->skips) {
         client->skips = !line_ends;
@@ -127,6 +153,11 @@ static void take_owners(struct net_hub *hub, struct net_client *client, char cha
     if (client->spoiled)
         hub->has_spoiled |= add_owners(hub, client, &(char){(char)NET_LINE_SPOILED}, 1);
     client->spoiled = false;
+    if (line_ends && takes_from_lost(hub, client)) {
+        net_queue_cut(&client->in, 0);
+        take_control(hub, client);
+        return;
+    }
     if (line_ends) {
         if (!net_hub_mark_line(hub, client))
             net_hub_end_line(hub, client);
@@ -152,11 +183,7 @@ static void take_observers(struct net_hub *hub, struct net_client *client, char 
     client->letters = 0;
     client->skips = client->spoiled = false;
     if (takes) {
-        net_hub_end_mpg(hub, client);
-        if (hub->owner != NULL) /* who holds its jog key down is not in control now */
-            net_hub_put_realtime(hub, client, JOG_CANCEL);
-        net_hub_set_owner(hub, client);
-        take_owners(hub, client, '\n', true);
+        take_control(hub, client);
     } else if (known) {
         net_hub_answer_observer(hub, client, client->typed, size);
     } else {
@@ -414,6 +441,8 @@ bool net_hub_feed(struct net_hub *hub) {
         net_hub_end_stop(hub);
     if (hub->ops->whose != NULL)
         net_hub_follow_parked(hub);
+    if (hub->parked.inside_hand > 0) /* what is answered of it is no answer to the operator's next line */
+        net_hub_hear(hub);
     const bool answered = has_turns(hub) && net_hub_answer_turns(hub);
     const bool pendants = hub->has_pendants && net_hub_feed_pendants(hub);
     if (hub->has_pendants && net_hub_waits_for_pendant(hub))
@@ -445,7 +474,8 @@ static void say_line(struct net_hub *hub, const char *line, size_t size) {
     const bool is_news = net_line_is_news(line, size);
     const bool of_hand = hub->inside_hand > 0 && !is_news;
     const bool of_operator = hub->parked.inside > 0 && !is_news && !of_hand;
-    bool of_left = hub->inside_left > 0 && !is_news && !of_hand && !of_operator;
+    const bool of_aside = hub->parked.inside_hand > 0 && !is_news && !of_hand && !of_operator;
+    bool of_left = hub->inside_left > 0 && !is_news && !of_hand && !of_operator && !of_aside;
     if (net_line_begins(line, size, "Grbl "))
         follow_reset(hub);
     hub->inside -= answer && hub->inside > 0;
@@ -457,6 +487,7 @@ static void say_line(struct net_hub *hub, const char *line, size_t size) {
             net_hub_is_for(hub, client, is_news))
             net_hub_say(hub, client, line, size);
     hub->inside_hand = (uint8_t)(hub->inside_hand - (answer && of_hand));
+    hub->parked.inside_hand = (uint8_t)(hub->parked.inside_hand - (answer && of_aside));
     if (answer && of_operator)
         net_hub_count_operators(hub);
     if (answer && of_left)

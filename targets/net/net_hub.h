@@ -6,9 +6,11 @@
  *           -> lines: queue `in` -> `left` of former owners, then the owner's ->
  *
  * Ownership: when no one owns, whoever first sends anything but `?` does. It ends with the connection;
- * `$TAKE` as a line takes it at any time. A former owner's whole lines are still run, a half line is not; the
- * answers to those lines are for all but a new owner that has not sent them: the owner's lines, also those of
- * before it lost control, are answered once each, in order.
+ * `$TAKE` as a line takes it at any time: what moves is held, a jog ends, and lines that have not begun are
+ * refused, whoever has sent them, behind the line of their client that is under way. The whole lines of an
+ * owner whose connection has ended are still run, a half line is not; the answers to those lines are for all
+ * but a new owner that has not sent them: the owner's lines, also those of before it lost control, are
+ * answered once each, in order.
  *
  * The sender is the owner, or the client that was it last and has only ended its half of the connection: it
  * still hears answers, so what it sent runs on (`nc` ends so). When it is gone for good, the controller
@@ -112,6 +114,8 @@ struct net_hub_ops {
     uint8_t (*stops)(void *ctx);
     /** Bytes of lines that it would take now. NULL where `whose` is */
     size_t (*room)(void *ctx);
+    /** Drop the job's lines that have not begun. @return how many. NULL: they are run */
+    uint32_t (*drop_unread)(void *ctx);
 };
 
 /** Lines of a client that wait. */
@@ -152,7 +156,7 @@ struct net_client {
     bool braked;  /* an observer or locked client that has held the machine: it may reset it, too */
     bool told;    /* ... and one that has not, that it may not. A pendant: that its bytes are unreadable */
     bool garbled; /* a pendant's line has bytes that no line has */
-    uint16_t lost_lines; /* of a pendant or a former owner, that found no room, and are to be refused */
+    uint32_t lost_lines; /* of a pendant or a former owner, that found no room, and are to be refused */
     bool paused;         /* a pendant has sent XOFF: it reads nothing before XON */
     bool explained;      /* has the reason why its lines are refused: once for all that came together */
     char typed[13];      /* by an observer, in its line: $TRUST=always is the longest that it may send; of a
@@ -171,6 +175,8 @@ struct net_hub_parked {
     struct net_client *operator; /* whose they are */
     struct net_queue unread;     /* lines of it that are refused behind their answers */
     struct net_hub_lines job;    /* the owner's from before 0xA3 */
+    struct net_client *hand;     /* the pendant whose turn waits, as its line or motion is held; or NULL */
+    uint8_t inside_hand;         /* of `inside`, that pendant's: answered behind the operator's */
 };
 
 struct net_hub {
@@ -184,7 +190,7 @@ struct net_hub {
     bool has_pendants;         /* one has come since the start: only then is any looked for */
     struct net_client *hand;   /* the pendant whose turn it is: lines of others wait; NULL: no one's */
     bool mpg;                  /* ... by 0x8B, until it gives control back: lines of others are refused */
-    uint8_t inside_hand;       /* of `inside`, the pendant's, which are answered first */
+    uint8_t inside_hand;       /* of `inside`, the pendant's in its turn, which are answered first */
     bool hand_parked;          /* ... it began in a parked hold: it ends when its lines are answered */
     bool others_first;         /* a pendant has had its turn, and others wait */
     bool sender_lost; /* in a pendant's turn, whose motion continues: the controller learns it after it */
@@ -197,6 +203,7 @@ struct net_hub {
     uint32_t questions;    /* ever asked by $LOGIN: each has its number */
     struct net_hub_knock { /* an address that is locked out, and tries to command */
         uint64_t peer;     /* 0: none */
+        uint64_t host;     /* as that of its stream */
         uint32_t first_us, last_us;
         bool more; /* others have tried, too */
     } knock;

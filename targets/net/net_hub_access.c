@@ -44,7 +44,7 @@ static const char *trust(const struct net_hub *hub, const struct net_client *cli
         return "A serial port needs no trust";
     if (hub->access == NULL || hub->access->open)
         return "Access is open: no address needs trust";
-    return access_trust(hub->access, client->stream.peer, span->span)
+    return access_trust_at(hub->access, client->stream.peer, client->stream.host, span->span)
                ? NULL
                : "Too many trusted addresses: $TRUST=no at one of them makes room";
 }
@@ -53,15 +53,23 @@ static bool is_trust(const char *line, size_t size) {
     return net_line_commands(line, size, trust_line) || is_word(line, size, list_line);
 }
 
-/* As lockout_ipv4() packs it; of IPv6 the 64 bits that tell networks apart. */
-static void put_address(char *text, size_t size, uint64_t who) {
+static size_t put_groups(char *text, size_t size, const char *begin, uint64_t half) {
+    return (size_t)snprintf(text, size, "%s%x:%x:%x:%x", begin, (unsigned)(half >> 48 & 0xFFFF),
+                            (unsigned)(half >> 32 & 0xFFFF), (unsigned)(half >> 16 & 0xFFFF),
+                            (unsigned)(half & 0xFFFF));
+}
+
+/* As peer_of() in net_tcp.c makes it: the two halves of a link-local address are its lower one. */
+static void put_address(char *text, size_t size, uint64_t who, uint64_t host) {
     const bool is_ipv4 = lockout_ipv4((const uint8_t[4]){0}) == (who & ~(uint64_t)UINT32_MAX);
-    if (is_ipv4)
+    if (is_ipv4) {
         snprintf(text, size, "%u.%u.%u.%u", (unsigned)(who >> 24 & 255), (unsigned)(who >> 16 & 255),
                  (unsigned)(who >> 8 & 255), (unsigned)(who & 255));
-    else
-        snprintf(text, size, "%x:%x:%x:%x", (unsigned)(who >> 48 & 0xFFFF), (unsigned)(who >> 32 & 0xFFFF),
-                 (unsigned)(who >> 16 & 0xFFFF), (unsigned)(who & 0xFFFF));
+        return;
+    }
+    const size_t count = host == who ? 0 : put_groups(text, size, "", who);
+    if (host != 0)
+        (void)put_groups(text + count, size - count, count == 0 ? "fe80::" : ":", host);
 }
 
 static void list_trust(struct net_hub *hub, struct net_client *client) {
@@ -71,7 +79,7 @@ static void list_trust(struct net_hub *hub, struct net_client *client) {
         char address[NET_NAME_SIZE], line[NET_NAME_SIZE + 40];
         if (row->who == 0)
             continue;
-        put_address(address, sizeof address, row->who);
+        put_address(address, sizeof address, row->who, row->host);
         int size = row->end_us == UINT64_MAX
                        ? snprintf(line, sizeof line, "[TRUST:%u,%s,always]\r\n", i + 1, address)
                        : snprintf(line, sizeof line, "[TRUST:%u,%s,%u]\r\n", i + 1, address,
@@ -100,7 +108,7 @@ static const char *revoke(struct access *access, const char *word, size_t size) 
 static const char trusted_now[] = "This address is trusted now: connect again";
 
 static bool is_trusted_now(const struct net_hub *hub, const struct net_client *client) {
-    return access_may(hub->access, client->stream.peer);
+    return net_hub_trusts(hub, &client->stream);
 }
 
 static void explain_trust_to_all(struct net_hub *hub) {
@@ -226,14 +234,15 @@ void net_hub_end_login(struct net_hub *hub, struct net_client *client, enum acce
 /* The time begins with the first try, not with each: who tries all day has one minute of it. */
 static void note_knock(struct net_hub *hub, const struct net_client *client) {
     struct net_hub_knock *knock = &hub->knock;
-    const uint64_t peer = client->stream.peer;
+    const uint64_t peer = client->stream.peer, host = client->stream.host;
+    const bool is_same = peer == knock->peer && host == knock->host;
     const bool recent = knock->peer != 0 && hub->now_us - knock->last_us < BUTTON_US;
     const bool open = knock->peer != 0 && hub->now_us - knock->first_us < BUTTON_US;
-    if (peer != knock->peer && open)
+    if (!is_same && open)
         knock->more = true; /* whom it would let in is not known */
-    else if (peer != knock->peer || !recent)
-        *knock = (struct net_hub_knock){.peer = peer, .first_us = hub->now_us};
-    knock->last_us = peer == knock->peer ? hub->now_us : knock->last_us;
+    else if (!is_same || !recent)
+        *knock = (struct net_hub_knock){.peer = peer, .host = host, .first_us = hub->now_us};
+    knock->last_us = peer == knock->peer && host == knock->host ? hub->now_us : knock->last_us;
 }
 
 void net_hub_log_in(struct net_hub *hub, struct net_client *client) {
@@ -286,19 +295,20 @@ void net_hub_follow_button(struct net_hub *hub) {
     if (!pressed || knock->peer == 0 || !net_hub_locks(hub) || hub->now_us - knock->first_us >= BUTTON_US)
         return;
     char address[NET_NAME_SIZE], text[NET_NAME_SIZE + 48];
-    put_address(address, sizeof address, knock->peer);
+    put_address(address, sizeof address, knock->peer, knock->host);
     if (knock->more) {
         net_hub_tell(hub, "Start button: several addresses have tried to command, so none is let in");
         return;
     }
-    if (!access_trust(hub->access, knock->peer, ACCESS_DAY)) {
+    if (!access_trust_at(hub->access, knock->peer, knock->host, ACCESS_DAY)) {
         net_hub_tell(hub, "Start button: too many trusted addresses, $TRUST=no at one of them makes room");
         return;
     }
     snprintf(text, sizeof text, "Start button: %s is trusted for a day", address);
     net_hub_tell(hub, text);
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
-        if (net_hub_is_open(client) && client->locked && !client->waits && client->stream.peer == knock->peer)
+        if (net_hub_is_open(client) && client->locked && !client->waits &&
+            client->stream.peer == knock->peer && client->stream.host == knock->host)
             let_in(hub, client);
     knock->peer = 0;
 }

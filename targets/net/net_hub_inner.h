@@ -81,12 +81,17 @@ void net_hub_write(struct net_client *client);
 
 /** The owner's lines that the controller has not answered. */
 static inline uint32_t net_hub_owners_inside(const struct net_hub *hub) {
-    return hub->inside - hub->inside_left - hub->inside_hand - hub->parked.inside;
+    return hub->inside - hub->inside_left - hub->inside_hand - hub->parked.inside - hub->parked.inside_hand;
 }
 
 /** Hubs whose clients from elsewhere are locked out until they are known. */
 static inline bool net_hub_locks(const struct net_hub *hub) {
     return hub->access != NULL && !hub->access->open;
+}
+
+/** Where there is an access key: clients of this address are let in without it. */
+static inline bool net_hub_trusts(const struct net_hub *hub, const struct net_stream *stream) {
+    return access_may_at(hub->access, stream->peer, stream->host);
 }
 
 /** Look again at a login that waits for its turn. */
@@ -113,13 +118,18 @@ static inline bool net_hub_left_is_of(const struct net_hub *hub, const struct ne
 /** A former owner's line was answered. */
 void net_hub_count_left(struct net_hub *hub);
 
+/** Control is taken: lines that have not begun are refused, whoever has sent them. In the former owner's
+ * parked hold: after net_hub_leave_parked(). */
+void net_hub_refuse_unread(struct net_hub *hub);
+
 /** The client is gone. */
 void net_hub_disown_left(struct net_hub *hub, const struct net_client *client);
 
 /* ---- net_hub_reports.c ---- */
 
-/** A request for a report would find room. */
-bool net_hub_may_ask(const struct net_hub *hub);
+/** A report for this client would find room: else its request waits. Who commands and does not read its
+ * answers keeps no report from others. */
+bool net_hub_may_ask(const struct net_hub *hub, const struct net_client *client);
 
 /** A client that does not command has sent this byte. @return true: it wants a report */
 bool net_hub_want_report(struct net_client *client, uint8_t byte);
@@ -139,7 +149,8 @@ bool net_hub_answer_reports(struct net_hub *hub, struct net_client *client, cons
 /** A reset ends everyone's automatic reports. */
 void net_hub_end_reports(struct net_hub *hub);
 
-/** Reports that were asked for are for all; automatic ones for those who read them. */
+/** Reports that were asked for are for all, but an owner that does not read; automatic ones for those who
+ * read them. */
 bool net_hub_gets_report(const struct net_hub *hub, const struct net_client *client);
 
 /** All have it. */
@@ -212,6 +223,10 @@ void net_hub_lose_pendant(struct net_hub *hub, struct net_client *client);
 /** Control by 0x8B is taken from it. @param by  whose lines behind that are new */
 void net_hub_end_mpg(struct net_hub *hub, struct net_client *by);
 
+/** What a pendant has under way is held, and the hold is the operator's: others have their turn in it, too.
+ */
+void net_hub_put_turn_aside(struct net_hub *hub);
+
 /** The controller has forgotten all lines: whose turn it was, and whose answers are due, is over. */
 void net_hub_end_turns(struct net_hub *hub);
 
@@ -227,7 +242,8 @@ void net_hub_follow_parked(struct net_hub *hub);
 /** ~ waits for lines of the operator. @return false: there are none */
 bool net_hub_keep_resume(struct net_hub *hub);
 
-/** A stop comes: the ~ that waits is before it. */
+/** A stop comes, and the controller has it before it acts: of a ~ that waits it takes only that it has ended
+ * the operator's lines. */
 void net_hub_put_kept_resume(struct net_hub *hub);
 
 /** The owner is it no more: its lines are those of the job. */
@@ -274,6 +290,9 @@ void net_hub_answer_observer(struct net_hub *hub, struct net_client *client, con
 
 /** The same of one whose turn it is. */
 void net_hub_answer_line(struct net_hub *hub, struct net_client *client, const char *line, size_t size);
+
+/** A line of it had not begun when control was taken: it is refused behind that which is under way. */
+void net_hub_refuse_in_turn(struct net_hub *hub, struct net_client *client);
 
 /** A line that finds no room has no effect, and is refused in its turn. */
 void net_hub_lose_line(struct net_hub *hub, struct net_client *client);

@@ -64,15 +64,81 @@ void net_hub_note_left(struct net_hub *hub, uint8_t of, uint32_t lines) {
             hub->inside_of[hub->inside_left] = of;
 }
 
+/* @param says  a line that says whose others are @return as hub->left_of */
+static uint8_t whose(const char *says) {
+    const uint8_t byte = (uint8_t)*says;
+    return byte == NET_LINES_OF_NOBODY ? 0 : (uint8_t)(byte - NET_LINES_OF + 1);
+}
+
 bool net_hub_look_whose(struct net_hub *hub) {
     bool any = false;
     while (hub->left.count > 0 && net_line_says_whose(net_queue_head(&hub->left))) {
-        const uint8_t whose = (uint8_t)*net_queue_head(&hub->left);
-        hub->left_of = whose == NET_LINES_OF_NOBODY ? 0 : (uint8_t)(whose - NET_LINES_OF + 1);
+        hub->left_of = whose(net_queue_head(&hub->left));
         net_queue_drop(&hub->left, WHOSE_SIZE);
         any = true;
     }
     return any;
+}
+
+/* ---- lines that control was taken from ---- */
+
+/* @param of  as hub->left_of */
+static void refuse_line_of(struct net_hub *hub, uint8_t of) {
+    if (of > 0 && net_hub_is_open(&hub->client[of - 1]))
+        net_hub_refuse_in_turn(hub, &hub->client[of - 1]);
+}
+
+/* Those that the controller has, which are the newest of `inside` that are neither a pendant's nor the
+ * operator's. */
+static void refuse_inside(struct net_hub *hub) {
+    const bool pendants = hub->inside_hand > 0 && !hub->hand_parked; /* then no one else has any there */
+    if (pendants)
+        return;
+    const uint32_t dropped = hub->ops->drop_unread(hub->ctx), owners = net_hub_owners_inside(hub);
+    uint32_t lefts = dropped > owners ? dropped - owners : 0;
+    lefts = lefts < hub->inside_left ? lefts : hub->inside_left;
+    hub->inside -= dropped;
+    hub->inside_left -= lefts;
+    for (uint32_t n = 0; n < lefts; n++)
+        refuse_line_of(hub, hub->inside_of[hub->inside_left + n]);
+    for (uint32_t n = lefts; n < dropped && hub->owner != NULL; n++)
+        net_hub_refuse_in_turn(hub, hub->owner);
+    if (hub->owner != NULL)
+        hub->owner->in_long = false;
+}
+
+/* Those of the hub itself are answered in their turn. */
+static void refuse_left(struct net_hub *hub, struct net_queue *left, uint8_t of) {
+    for (size_t size; left->count > 0; net_queue_drop(left, size)) {
+        const char *line = net_queue_head(left), *end = memchr(line, '\n', left->count);
+        size = end == NULL ? left->count : (size_t)(end + 1 - line);
+        if (net_line_says_whose(line))
+            of = whose(line);
+        else if (!net_line_is_marked(line))
+            refuse_line_of(hub, of);
+        else if (!net_queue_add(&hub->left, line, size))
+            refuse_line_of(hub, (uint8_t)((uint8_t)*line - NET_LINE_MARK + 1));
+    }
+}
+
+void net_hub_refuse_unread(struct net_hub *hub) {
+    struct net_client *owner = hub->owner;
+    struct net_queue left = hub->left;
+    const uint8_t of = hub->left_of;
+    if (hub->ops->drop_unread == NULL)
+        return;
+    hub->left = (struct net_queue){0};
+    hub->left_of = 0;
+    refuse_inside(hub);
+    refuse_left(hub, &left, of);
+    net_queue_free(&left);
+    if (owner == NULL)
+        return;
+    for (size_t n = 0; n < owner->whole; n++)
+        if (net_queue_head(&owner->in)[n] == '\n')
+            net_hub_refuse_in_turn(hub, owner);
+    net_queue_drop(&owner->in, owner->whole);
+    owner->whole = 0;
 }
 
 void net_hub_count_left(struct net_hub *hub) {

@@ -197,7 +197,9 @@ void net_hub_follow_parked(struct net_hub *hub) {
     if (is_operators(now) && !hub->parked.on)
         begin(hub);
     hub->parked.opened |= now == MACHINE_WHOSE_OPEN || now == MACHINE_WHOSE_SHUT;
-    if (resumes && (now == MACHINE_WHOSE_SHUT || !is_operators(now) || hub->parked.before_resume == 0))
+    if (hub->parked.on && hub->parked.opened)
+        net_hub_put_turn_aside(hub);
+    if (resumes && (now == MACHINE_WHOSE_SHUT || !is_operators(now) || net_hub_operators_bytes(hub) == 0))
         resume(hub);
     else if (hub->parked.on && !is_operators(now))
         end(hub);
@@ -287,8 +289,6 @@ bool net_hub_keep_resume(struct net_hub *hub) {
 }
 
 void net_hub_put_kept_resume(struct net_hub *hub) {
-    if (!hub->parked.on || !hub->parked.resumes)
-        return;
-    resume(hub);
-    hub->ops->act(hub->ctx);
+    if (hub->parked.on && hub->parked.resumes)
+        resume(hub);
 }

@@ -210,10 +210,14 @@ static bool is_marked(const struct net_client *client) {
     return first == MARK_UNREADABLE || first == MARK_CALLED_OFF;
 }
 
-static void drop_line(struct net_client *client) {
+static void drop_line(struct net_hub *hub, struct net_client *client) {
     const size_t size = first_line(client);
     if (client->whole == 0)
         client->lost_lines--;
+    if (client == hub->owner) { /* it may be one of the operator, which ~ waits for */
+        net_hub_drop_operators(hub, size);
+        return;
+    }
     net_queue_drop(&client->in, size);
     client->whole -= size;
 }
@@ -223,7 +227,7 @@ static void refuse_unreadable(struct net_hub *hub, struct net_client *client) {
     const char *why = client->whole > 0 ? unreadable : too_many;
     net_hub_refuse(hub, client, STATUS_LINE_TOO_LONG, client->told ? NULL : why);
     client->told = true;
-    drop_line(client);
+    drop_line(hub, client);
 }
 
 /* Each line has its answer, an empty one `ok`. */
@@ -239,17 +243,25 @@ static void refuse_line(struct net_hub *hub, struct net_client *client, enum sta
         net_hub_refuse(hub, client, status, client->explained ? NULL : why);
         client->explained = true;
     }
-    drop_line(client);
+    drop_line(hub, client);
 }
 
 static bool has_room(const struct net_hub *hub, const struct net_client *client) {
     return client->out.count < hub->sizes.out / 2;
 }
 
+static bool waits_aside(const struct net_hub *hub, const struct net_client *client) {
+    return hub->parked.inside_hand > 0 && hub->parked.hand == client;
+}
+
 /* Behind the answers to what it has inside. @return true: some were refused */
 static bool refuse_lines(struct net_hub *hub, struct net_client *client, enum status status,
                          const char *why) {
     bool any = false;
+    if (waits_aside(hub, client)) {
+        call_off_lines(client);
+        return false;
+    }
     while (has_lines(client) && has_room(hub, client) && !(hub->hand == client && hub->inside_hand > 0)) {
         if (client->whole > 0 && net_line_is_marked(net_queue_head(&client->in)))
             break; /* that of an owner, which net_hub_answer_turns() answers */
@@ -320,6 +332,29 @@ static void end_hand(struct net_hub *hub) {
     hub->sender_lost = false;
 }
 
+void net_hub_put_turn_aside(struct net_hub *hub) {
+    if (hub->hand_parked || (hub->hand == NULL && hub->inside_hand == 0))
+        return;
+    hub->parked.hand = hub->hand;
+    hub->parked.inside_hand = hub->inside_hand;
+    hub->inside_hand = 0;
+    hub->hand_parked = true;
+    if (!hub->mpg)
+        hub->hand = NULL;
+}
+
+static void take_turn_back(struct net_hub *hub) {
+    struct net_hub_parked *parked = &hub->parked;
+    const bool waits = parked->hand != NULL || parked->inside_hand > 0;
+    if (!waits || parked->on || hub->inside_hand > 0 || (hub->hand != NULL && hub->hand != parked->hand))
+        return;
+    hub->hand = parked->hand;
+    hub->inside_hand = parked->inside_hand;
+    hub->hand_parked = false;
+    parked->hand = NULL;
+    parked->inside_hand = 0;
+}
+
 /* What it has begun is done, and it has nothing more to say; or it has, and others wait. */
 static void end_turn(struct net_hub *hub) {
     if (hub->hand == NULL || hub->mpg || hub->inside_hand > 0)
@@ -335,6 +370,7 @@ static void end_turn(struct net_hub *hub) {
 bool net_hub_feed_pendants(struct net_hub *hub) {
     bool any = false;
     end_turn(hub);
+    take_turn_back(hub);
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
         if (net_hub_is_open(client) && net_hub_is_pendant(client) && has_lines(client))
             any |= look_at(hub, client);
@@ -356,16 +392,20 @@ bool net_hub_waits_for_pendant(const struct net_hub *hub) {
 }
 
 bool net_hub_is_for(const struct net_hub *hub, const struct net_client *client, bool is_news) {
-    const bool of_hand = hub->inside_hand > 0;
+    const bool in_turn = hub->inside_hand > 0;
+    const bool aside = !in_turn && hub->parked.inside == 0 && hub->parked.inside_hand > 0;
     if (is_news)
         return true;
-    return net_hub_is_pendant(client) ? of_hand && client == hub->hand : !of_hand;
+    if (!net_hub_is_pendant(client))
+        return !in_turn && !aside;
+    return (in_turn && client == hub->hand) || (aside && client == hub->parked.hand);
 }
 
 /* ---- ends ---- */
 
 void net_hub_end_turns(struct net_hub *hub) {
-    hub->inside_hand = 0;
+    hub->inside_hand = hub->parked.inside_hand = 0;
+    hub->parked.hand = NULL;
     hub->hand_parked = hub->others_first = hub->sender_lost = false;
     hub->operators = NULL;
     if (!hub->mpg)
@@ -377,6 +417,8 @@ void net_hub_lose_pendant(struct net_hub *hub, struct net_client *client) {
     const bool moves = may_move(hub, client);
     if (hub->operators == client)
         hub->operators = NULL;
+    if (hub->parked.hand == client)
+        hub->parked.hand = NULL;
     if (!moves)
         return;
     net_hub_drop_lines(client);

@@ -107,7 +107,7 @@ static void end_untrusted(struct net_hub *hub, struct net_client *client) {
 /* net_hub_flush() removes them, so what they have sent is dealt with as that of any sender that is lost. */
 void net_hub_end_untrusted(struct net_hub *hub, const struct net_client *asks) {
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++) {
-        if (!net_hub_is_open(client) || !client->by_trust || access_may(hub->access, client->stream.peer))
+        if (!net_hub_is_open(client) || !client->by_trust || net_hub_trusts(hub, &client->stream))
             continue;
         if (client == asks)
             client->refused = true; /* behind its answer */
@@ -134,8 +134,7 @@ static struct net_client *place_for(struct net_hub *hub, const struct net_stream
                                           .unproven = unproven_places(hub),
                                           .login_us = MOMENT_US,
                                           .local = stream->local,
-                                          .trusted =
-                                              net_hub_locks(hub) && access_may(hub->access, stream->peer)};
+                                          .trusted = net_hub_locks(hub) && net_hub_trusts(hub, stream)};
     fill_places(hub, places);
     int chosen = net_places_choose(places, hub->sizes.clients, &newcomer, hub->now_us);
     if (chosen < 0)
@@ -158,7 +157,7 @@ bool net_hub_connect(struct net_hub *hub, const struct net_stream *stream, const
         return false;
     }
     const bool knocks = net_hub_locks(hub) && !stream->local;
-    const bool trusted = knocks && access_may(hub->access, stream->peer);
+    const bool trusted = knocks && net_hub_trusts(hub, stream);
     *client = (struct net_client){.stream = *stream,
                                   .locked = knocks && !trusted,
                                   .by_trust = trusted,

@@ -12,8 +12,8 @@ enum { INTERVAL_TEXT_SIZE = 12 }; /* $RI=60000, and some more */
 
 static const char interval_line[] = "$RI=";
 
-bool net_hub_may_ask(const struct net_hub *hub) {
-    return hub->owner == NULL || hub->owner->out.count < hub->sizes.out / 2;
+bool net_hub_may_ask(const struct net_hub *hub, const struct net_client *client) {
+    return client != hub->owner || client->out.count < hub->sizes.out / 2;
 }
 
 /* ---- lines and bytes that set the interval ---- */
@@ -98,12 +98,12 @@ bool net_hub_want_report(struct net_client *client, uint8_t byte) {
 
 void net_hub_ask(struct net_hub *hub) {
     bool asks = false, all = false, due = false;
-    if (!net_hub_may_ask(hub))
-        return;
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++) {
+        due |= note_due(hub, client);
+        if (!net_hub_may_ask(hub, client))
+            continue;
         asks |= client->asks;
         all |= client->asks_all;
-        due |= note_due(hub, client);
         client->asks = client->asks_all = false;
     }
     hub->asked |= asks || all;
@@ -115,6 +115,8 @@ void net_hub_ask(struct net_hub *hub) {
 /* ---- reports ---- */
 
 bool net_hub_gets_report(const struct net_hub *hub, const struct net_client *client) {
+    if (!net_hub_may_ask(hub, client))
+        return false;
     if (hub->asked || !hub->asked_for_due)
         return true;
     return client->is_due && has_read(client);

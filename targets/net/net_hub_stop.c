@@ -79,9 +79,7 @@ void net_hub_put_realtime(struct net_hub *hub, struct net_client *client, uint8_
         return;
     if (byte == RESET)
         reset(hub, client);
-    else if (byte == '?' && !net_hub_may_ask(hub))
-        client->asks = true;
-    else {
+    else if (net_hub_may_ask(hub, client) || !net_hub_want_report(client, byte)) {
         hub->asked |= byte == '?' || byte == FULL_STATUS;
         hub->ops->put(hub->ctx, &character, 1);
     }

@@ -73,8 +73,14 @@ static bool add_to_left(struct net_hub *hub, char mark, const char *line, size_t
     return false;
 }
 
+void net_hub_refuse_in_turn(struct net_hub *hub, struct net_client *client) {
+    client->in_left = true;
+    if (client->lost_lines > 0 || !add_to_left(hub, mark_of(hub, client), "?", 1))
+        net_hub_lose_line(hub, client);
+}
+
 void net_hub_lose_line(struct net_hub *hub, struct net_client *client) {
-    if (client->lost_lines < UINT16_MAX) {
+    if (client->lost_lines < UINT32_MAX) {
         client->lost_lines++;
         hub->has_lost = true;
         return;
@@ -138,17 +144,17 @@ static void refuse_for_want_of_room(struct net_hub *hub, struct net_client *clie
     client->explained = true;
 }
 
-/* Who does not read its answers keeps no one waiting: they are short then. */
+/* Who does not read its answers keeps no one waiting: they are short then, and late. */
 static bool answer_left(struct net_hub *hub) {
     bool any = net_hub_look_whose(hub);
     while (hub->left.count > 0 && hub->inside_left == 0 && net_line_is_marked(net_queue_head(&hub->left))) {
         const char *line = net_queue_head(&hub->left);
         const size_t size = first_line(line, hub->left.count);
         struct net_client *client = marked_client(hub, line);
-        if (has_room(hub, client))
+        if (client->lost_lines == 0 && has_room(hub, client))
             net_hub_answer_line(hub, client, line + 1, size - 2);
         else
-            refuse_for_want_of_room(hub, client);
+            net_hub_lose_line(hub, client);
         net_queue_drop(&hub->left, size);
         any = true;
         (void)net_hub_look_whose(hub);
@@ -191,7 +197,7 @@ bool net_hub_answer_turns(struct net_hub *hub) {
 
 /* Its trust was revoked, so it cannot trust itself again. */
 static bool is_shut_out(const struct net_hub *hub, const struct net_client *client) {
-    return client->by_trust && net_hub_locks(hub) && !access_may(hub->access, client->stream.peer);
+    return client->by_trust && net_hub_locks(hub) && !net_hub_trusts(hub, &client->stream);
 }
 
 void net_hub_end_turns_of(struct net_hub *hub, struct net_client *client) {

@@ -37,10 +37,11 @@ struct net_stream {
     const struct net_stream_ops *ops; /* NULL: no stream */
     void *ctx;                        /* the transport's own */
     int fd;                           /* for poll() */
-    uint64_t peer;                    /* tells addresses apart (base/lockout.h); 0: of no network */
     bool local;                       /* a wire or a file of this machine: needs no key */
     uint8_t pendant;                  /* enum net_pendant */
     bool telnet;                      /* the other end may speak telnet: IAC sequences are negotiation */
+    uint64_t peer; /* tells addresses apart, of IPv6 networks (base/lockout.h); 0: of no network */
+    uint64_t host; /* the other half of an IPv6 address, else 0 (struct access_trust) */
 };
 
 #endif

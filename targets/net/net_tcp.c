@@ -5,20 +5,25 @@
 
 #include <string.h>
 
+static uint64_t half_of(const uint8_t bytes[8]) {
+    uint64_t half = 0;
+    for (unsigned i = 0; i < 8; i++)
+        half = half << 8 | bytes[i];
+    return half;
+}
+
 /* Of an IPv6 address the network (upper half), because a guesser with one address usually has all of its
- * network; of a link-local address the lower half, because the upper one is the same for all. */
-static uint64_t peer_of(const struct net_address *from) {
+ * network; of a link-local address the lower half, because the upper one is the same for all.
+ * @param[out] host  the lower half; 0: it is no IPv6 address */
+static uint64_t peer_of(const struct net_address *from, uint64_t *host) {
     static const uint8_t mapped[12] = {[10] = 0xFF, [11] = 0xFF}, link_local[2] = {0xFE, 0x80};
-    uint64_t peer = 0;
+    *host = 0;
     if (!from->v6)
         return lockout_ipv4(from->bytes);
     if (memcmp(from->bytes, mapped, sizeof mapped) == 0)
         return lockout_ipv4(from->bytes + sizeof mapped);
-    const uint8_t *half =
-        memcmp(from->bytes, link_local, sizeof link_local) == 0 ? from->bytes + 8 : from->bytes;
-    for (unsigned i = 0; i < 8; i++)
-        peer = peer << 8 | half[i];
-    return peer;
+    *host = half_of(from->bytes + 8);
+    return memcmp(from->bytes, link_local, sizeof link_local) == 0 ? *host : half_of(from->bytes);
 }
 
 int net_tcp_listen(const char *host, const char *port, char address[NET_ADDRESS_SIZE], int *error) {
@@ -58,13 +63,14 @@ bool net_tcp_accept(int listener, struct net_stream *stream, char name[NET_ADDRE
     if (fd < 0 || !net_tcp_stream(fd, stream))
         return false;
     net_address_text(&from, name);
-    stream->peer = peer_of(&from);
+    stream->peer = peer_of(&from, &stream->host);
     return true;
 }
 
 uint64_t net_tcp_here(const struct net_stream *stream) {
     struct net_address here;
-    return net_socket_here(stream->fd, &here) ? peer_of(&here) : 0;
+    uint64_t host;
+    return net_socket_here(stream->fd, &here) ? peer_of(&here, &host) : 0;
 }
 
 /* First asked after so many s of silence, then every so many s, and so often. */

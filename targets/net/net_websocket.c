@@ -274,5 +274,6 @@ void net_websocket_open(struct net_websocket *websocket, const struct net_stream
                         struct net_stream *stream) {
     static const struct net_stream_ops ops = {.read = ws_read, .write = ws_write, .close = ws_close};
     *websocket = (struct net_websocket){.inner = *inner};
-    *stream = (struct net_stream){.ops = &ops, .ctx = websocket, .fd = inner->fd, .peer = inner->peer};
+    *stream = (struct net_stream){
+        .ops = &ops, .ctx = websocket, .fd = inner->fd, .peer = inner->peer, .host = inner->host};
 }

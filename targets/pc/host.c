@@ -546,6 +546,17 @@ void host_pendant_lost(struct host *host) {
     tasks_wake(&host->tasks, host->hal.step.now_ticks);
 }
 
+uint32_t host_drop_unread(struct host *host) {
+    const uint32_t dropped = machine_drop_unread(&host->machine);
+    if (host->observer.dropped != NULL)
+        host->observer.dropped(host->observer.ctx, dropped);
+    return dropped;
+}
+
+void host_set_start(struct host *host, uint32_t start_id) {
+    host->machine.board.start_id = start_id;
+}
+
 void host_set_mpg(struct host *host, bool on) {
     machine_set_mpg(&host->machine, on);
 }

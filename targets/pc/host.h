@@ -160,7 +160,11 @@ bool host_is_busy(const struct host *host);
 /** For a pendant next to the sender: machine/pendant.h. */
 enum machine_reads host_reads(const struct host *host);
 void host_pendant_lost(struct host *host);
+uint32_t host_drop_unread(struct host *host);
 void host_set_mpg(struct host *host, bool on);
+
+/** board.start_id (machine/board.h), which a host does not have by itself: virtual time has no chance. */
+void host_set_start(struct host *host, uint32_t start_id);
 
 /** Virtual time, ticks of the board's timer from power-on. */
 uint64_t host_time_ticks(const struct host *host);

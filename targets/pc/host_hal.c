@@ -5,6 +5,7 @@
 #include "base/debug.h"
 #include "hal/hal.h"
 
+#include <stddef.h>
 #include <stdio.h>
 #include <string.h>
 
@@ -106,8 +107,11 @@ static float analog_read(const struct hal *hal, unsigned input) {
 const struct hal_analog host_analog = {
     .inputs = ANALOG_COUNT, .outputs = ANALOG_COUNT, .set = analog_set, .read = analog_read};
 
+/* A closed contact rests at the e-stop's line; it opens when pressed. */
 void hal_inputs_read(const struct hal *hal, struct hal_inputs *inputs) {
+    const struct host *host = (const struct host *)((const char *)hal - offsetof(struct host, hal));
     virtual_read(&hal->virtual_machine, inputs);
+    inputs->estop ^= host->machine.settings.estop_normally_open;
 }
 
 void hal_debug(enum debug_channel channel, const char *what, int32_t first, int32_t second) {

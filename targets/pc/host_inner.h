@@ -45,7 +45,9 @@ struct host_observer {
     void *ctx;
     void (*looked)(void *ctx, bool controller); /* the tasks that were due have looked; was it one of them? */
     void (*put)(void *ctx, uint8_t byte, bool lossy);         /* the controller has got a byte, or lost it */
+    void (*asked)(void *ctx);                                 /* a remote host has sent a packet */
     void (*said)(void *ctx, const char *bytes, size_t count); /* it said this */
+    void (*dropped)(void *ctx, uint32_t lines); /* it will not answer the newest of what it has got */
 };
 
 struct host {

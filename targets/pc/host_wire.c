@@ -117,10 +117,17 @@ void host_wire_destroy(struct host_wire *wire) {
     free(wire);
 }
 
+static void tell_observer(const struct host_wire *wire) {
+    const struct host_observer *observer = &wire->host->observer;
+    if (observer->asked != NULL)
+        observer->asked(observer->ctx);
+}
+
 void host_wire_datagram(struct host_wire *wire, uint32_t address, uint16_t port, const uint8_t *bytes,
                         size_t size) {
     struct session_peer from = {.port = port};
     address_bytes(address, from.address);
+    tell_observer(wire);
     session_datagram(&wire->session, &from, bytes, size);
 }
 
@@ -167,6 +174,7 @@ size_t host_wire_request(struct host_wire *wire, int client, const uint8_t *mess
                          uint8_t *reply) {
     if (session_must_wait(&wire->session, client, message, size))
         return 0;
+    tell_observer(wire);
     return session_request(&wire->session, client, message, size, reply);
 }
 

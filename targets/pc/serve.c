@@ -144,6 +144,10 @@ static size_t room(void *ctx) {
     return machine_line_room(host_machine(((struct serve *)ctx)->host));
 }
 
+static uint32_t drop_unread(void *ctx) {
+    return host_drop_unread(((struct serve *)ctx)->host);
+}
+
 static void pendant_left(void *ctx) {
     struct serve *serve = ctx;
     host_pendant_lost(serve->host);
@@ -350,7 +354,8 @@ struct serve *serve_create(const struct serve_options *options, struct serve_fai
                                            .mpg = mpg,
                                            .whose = whose,
                                            .stops = stops,
-                                           .room = room};
+                                           .room = room,
+                                           .drop_unread = drop_unread};
     /* Real-time bytes act when they are read: room for what a sender pours without counting. */
     static const struct net_hub_sizes sizes = {
         .clients = NET_CLIENTS, .in = 16 << 20, .out = 256 * 1024, .left = 32 << 20};
@@ -379,6 +384,9 @@ struct serve *serve_create(const struct serve_options *options, struct serve_fai
         serve_destroy(serve);
         return NULL;
     }
+    uint32_t start_id;
+    port_random((uint8_t *)&start_id, sizeof start_id);
+    host_set_start(serve->host, start_id | 1u);
     serve_clock_start(&serve->clock, options->speed, options->board.timer_hz, host_time_ticks(serve->host));
     return serve;
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "tasks.h"
 
-#include "task_periods.h"
+#include "task_rest.h"
 
 static uint64_t ticks_of_us(const struct tasks *tasks, uint64_t us) {
     return us * tasks->timer_hz / 1000000u;
@@ -23,7 +23,7 @@ static void set_task(struct tasks *tasks, enum host_side side, uint32_t period_u
 void tasks_init(struct tasks *tasks, uint8_t of, uint32_t timer_hz) {
     *tasks = (struct tasks){.timer_hz = timer_hz, .wakes_on_step = true, .random = 88172645463325252u};
     if (of == HOST_TASKS_ESP32) {
-        tasks->own_motion = tasks->wakes_motion = true;
+        tasks->own_motion = tasks->wakes_motion = tasks->rests = true;
         tasks->wakes_on_step = false;
         set_task(tasks, HOST_CONTROLLER, ESP32_CONTROLLER_PERIOD_US, ESP32_CONTROLLER_LATE_US);
         set_task(tasks, HOST_MOTION, ESP32_MOTION_PERIOD_US, ESP32_MOTION_LATE_US);
@@ -111,15 +111,25 @@ static void sleep_from(struct tasks *tasks, struct task *task, uint64_t now_tick
 
 bool tasks_is_due(struct tasks *tasks, enum host_side side, uint64_t now_ticks) {
     const struct task *task = &tasks->task[side];
-    bool woken = side == HOST_MOTION && tasks->motion_woken;
+    bool woken = side == HOST_MOTION && tasks->motion_woken && !task->rests;
     if (task->due_ticks > now_ticks && !woken)
         return false;
     return tasks_stalled_until(tasks, side, now_ticks) == now_ticks;
 }
 
+/* A look with work. @return true: the task has worked for as long as it may */
+static bool has_worked_long(struct tasks *tasks, struct task *task, uint64_t now_ticks) {
+    const struct task_rest begin = {0};
+    task->rounds = task->looked_ticks == now_ticks ? task->rounds + 1 : 1;
+    task->looked_ticks = now_ticks;
+    tasks->rounds_max = task->rounds > tasks->rounds_max ? task->rounds : tasks->rounds_max;
+    return tasks->rests && task_rest_is_due(&begin, task->rounds * ESP32_ROUND_US);
+}
+
 void tasks_looked(struct tasks *tasks, enum host_side side, bool done, uint64_t now_ticks) {
     struct task *task = &tasks->task[side];
-    if (task->period_ticks > 0 && !done)
+    task->rests = done && has_worked_long(tasks, task, now_ticks);
+    if (task->period_ticks > 0 && (!done || task->rests))
         sleep_from(tasks, task, now_ticks);
     task->idle = !done;
     if (done)
@@ -147,6 +157,10 @@ bool tasks_await_ticks(const struct tasks *tasks) {
     return motion_awaits && tasks_sleep(tasks) && !tasks->task[HOST_CONTROLLER].idle;
 }
 
+uint32_t tasks_rounds_max(const struct tasks *tasks) {
+    return tasks->rounds_max;
+}
+
 bool tasks_sleep(const struct tasks *tasks) {
     return tasks->task[HOST_CONTROLLER].period_ticks > 0;
 }
@@ -170,7 +184,7 @@ uint64_t tasks_next_ticks(struct tasks *tasks, bool moves, uint64_t now_ticks) {
         if (!looks || (task->idle && !moves))
             continue;
         uint64_t stalled = tasks_stalled_until(tasks, (enum host_side)side, now_ticks);
-        bool woken = task->period_ticks == 0 || (side == HOST_MOTION && tasks->motion_woken);
+        bool woken = task->period_ticks == 0 || (side == HOST_MOTION && tasks->motion_woken && !task->rests);
         uint64_t due = !woken && task->due_ticks > stalled ? task->due_ticks : stalled;
         if (due > now_ticks && due < next)
             next = due;

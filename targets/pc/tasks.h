@@ -3,7 +3,9 @@
  *
  * A task that is due works until nothing is left to do, in no time, and then sleeps for its period. Boards
  * name the periods (targets/chip/task_periods.h); without them (HOST_TASKS_FREE) everything looks all the
- * time. A stall keeps one side from looking while step interrupts, edges of inputs and time continue. */
+ * time. The ESP32's tasks also sleep when they have worked for long (targets/chip/task_rest.h): each look is
+ * counted as ESP32_ROUND_US of it. A stall keeps one side from looking while step interrupts, edges of inputs
+ * and time continue. */
 #ifndef WIFICNC_PC_TASKS_H
 #define WIFICNC_PC_TASKS_H
 
@@ -15,6 +17,9 @@ struct task {
     uint64_t period_ticks, late_ticks; /* period 0: it looks all the time */
     uint64_t due_ticks;                /* when it looks next */
     bool idle;                         /* it has looked and nothing has happened since */
+    uint64_t looked_ticks;             /* its newest look with work */
+    uint32_t rounds;                   /* such looks at that instant: between two of them it slept */
+    bool rests;                        /* until due_ticks, whatever wakes it */
 };
 
 struct task_stall {
@@ -28,6 +33,8 @@ struct tasks {
     bool one_loop;      /* all sides stall together */
     bool wakes_motion;  /* work of the controller wakes the motion task */
     bool wakes_on_step; /* step interrupts wake the loop */
+    bool rests;         /* a task that works for long sleeps */
+    uint32_t rounds_max;
     bool motion_woken;
     struct task task[HOST_SIDES];
     struct task_stall stall[TASKS_STALLS_MAX];
@@ -64,6 +71,9 @@ void tasks_wake(struct tasks *tasks, uint64_t now_ticks);
 
 /** Each side that looks has a tick at which it does: nothing that happens makes it look sooner. */
 bool tasks_await_ticks(const struct tasks *tasks);
+
+/** The most looks with work, since the begin, that a task has not slept between. */
+uint32_t tasks_rounds_max(const struct tasks *tasks);
 
 /** Tasks sleep between two looks; else everything is looked at all the time. */
 bool tasks_sleep(const struct tasks *tasks);

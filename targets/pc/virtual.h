@@ -32,7 +32,7 @@ enum virtual_input {
     VIRTUAL_LIMIT_MAX = VIRTUAL_LIMIT_MIN + AXIS_COUNT,
     VIRTUAL_PROBE = VIRTUAL_LIMIT_MAX + AXIS_COUNT,
     VIRTUAL_DOOR,  /* active: open */
-    VIRTUAL_ESTOP, /* active: pressed */
+    VIRTUAL_ESTOP, /* active: its contact is open */
     VIRTUAL_HOLD,
     VIRTUAL_START,
     VIRTUAL_RESET,

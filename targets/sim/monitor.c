@@ -4,6 +4,7 @@
 #include "host_inner.h"
 
 #include "input/line_reader.h"
+#include "task_periods.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -11,6 +12,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+/* A task without a rest: as long as it may, and the round in which that time ended. */
+enum { ROUNDS_MAX = ESP32_WORK_MAX_US / ESP32_ROUND_US + 1 };
 enum { SAID_SIZE = 160, FOUND_SIZE = 240, AHEAD_MAX = 1 << 12 };
 
 #define WINDOWS_A_S   100u /* of 10 ms */
@@ -24,6 +27,16 @@ enum { SAID_SIZE = 160, FOUND_SIZE = 240, AHEAD_MAX = 1 << 12 };
          */
 
 enum answer { ANSWER_ANY, ANSWER_OK, ANSWER_TOO_LONG };
+
+/* Whether a hold may end. */
+struct leave {
+    bool granted;          /* a resume has come behind the newest stop */
+    bool resumed, stopped; /* by a byte, since the controller looked; the newest of them counts */
+    uint8_t stops;         /* that the controller had counted */
+    uint32_t banners;      /* ... and said */
+    uint8_t pressed;       /* ... and seen of buttons, enum press bits */
+    bool remote;           /* ... whether motion was a remote host's */
+};
 
 /* Positions of an axis at the ends of the last windows. */
 struct windows {
@@ -49,6 +62,7 @@ struct monitor {
     const struct trace_event *write;
     enum machine_state state;
     bool critical, estop;
+    struct leave leave;
     /* limits */
     struct windows windows;
     float steps_per_mm[AXIS_COUNT], accel_mm_s2[AXIS_COUNT], rate_mm_min[AXIS_COUNT];
@@ -224,6 +238,62 @@ static void check_liveness(struct monitor *monitor) {
               (unsigned long)(monitor->sent - monitor->answered));
 }
 
+enum press { PRESS_START = 1, PRESS_STOP = 2 };
+
+static uint8_t pressed(const struct monitor *monitor) {
+    static const uint64_t stops =
+        1ull << VIRTUAL_DOOR | 1ull << VIRTUAL_ESTOP | 1ull << VIRTUAL_HOLD | 1ull << VIRTUAL_RESET;
+    const uint64_t levels = monitor->host->hal.virtual_machine.levels;
+    return (uint8_t)(((levels >> VIRTUAL_START & 1) != 0 ? PRESS_START : 0) |
+                     ((levels & stops) != 0 ? PRESS_STOP : 0));
+}
+
+static bool is_held(enum machine_state state) {
+    return state == MACHINE_HOLD || state == MACHINE_DOOR;
+}
+
+/* A remote host lets a job continue that it has interrupted before it moves itself. */
+static bool is_remote(const struct machine *machine) {
+    return machine->host.owns || machine->host.job.step == HOST_JOB_BRAKES;
+}
+
+/* Which of a button and a byte came first is not known: a stop counts. */
+static void see_stops(struct monitor *monitor) {
+    struct leave *leave = &monitor->leave;
+    const struct machine *machine = &monitor->host->machine;
+    const uint8_t now = pressed(monitor), fresh = now & (uint8_t)~leave->pressed;
+    if ((fresh & PRESS_STOP) != 0 || (leave->stops != machine->suspend.stops && !leave->resumed))
+        leave->granted = false;
+    else if ((fresh & PRESS_START) != 0 && !leave->stopped)
+        leave->granted = true;
+    leave->pressed = now;
+    leave->stops = machine->suspend.stops;
+}
+
+static void check_stops(struct monitor *monitor) {
+    struct leave *leave = &monitor->leave;
+    const struct machine *machine = &monitor->host->machine;
+    const enum machine_state now = machine->life.state;
+    const bool left = is_held(monitor->state) && (now == MACHINE_IDLE || now == MACHINE_RUN);
+    const bool remote = is_remote(machine),
+               reset = machine->life.restart || leave->banners != monitor->banners;
+    see_stops(monitor);
+    if (left && !leave->granted && !reset && !remote && !leave->remote)
+        found(monitor, "a hold has ended, and no resume came behind the last stop");
+    if (is_held(now) && !is_held(monitor->state)) /* a ~ from before it was none */
+        leave->granted = leave->resumed;
+    leave->resumed = leave->stopped = false;
+    leave->banners = monitor->banners;
+    leave->remote = remote;
+}
+
+/* In the ESP32's periods. */
+static void check_rests(struct monitor *monitor) {
+    const struct tasks *tasks = &monitor->host->tasks;
+    if (tasks->rests && tasks_rounds_max(tasks) > ROUNDS_MAX)
+        found(monitor, "a task has worked %u rounds without a rest", (unsigned)tasks_rounds_max(tasks));
+}
+
 static void looked(void *ctx, bool controller) {
     struct monitor *monitor = ctx;
     const struct machine *machine = &monitor->host->machine;
@@ -235,19 +305,40 @@ static void looked(void *ctx, bool controller) {
         check_counter(monitor);
     if (controller && (monitor->checks & MONITOR_BEAM) != 0)
         check_beam(monitor);
+    if (controller && (monitor->checks & MONITOR_STOPS) != 0)
+        check_stops(monitor);
     if ((monitor->checks & MONITOR_LIVENESS) != 0)
         check_liveness(monitor);
+    check_rests(monitor);
     if (limits_changed(monitor) || is_exempt(monitor))
         forget_windows(monitor);
     monitor->state = machine->life.state;
     monitor->critical = machine->life.critical;
-    monitor->estop = (monitor->host->hal.virtual_machine.levels >> VIRTUAL_ESTOP & 1) != 0;
+    struct hal_inputs inputs;
+    hal_inputs_read(&monitor->host->hal, &inputs);
+    monitor->estop = inputs.estop;
 }
 
 /* ---- lines ---- */
 
+/* A packet may be a resume: what it is, its own tests look at. */
+static void asked(void *ctx) {
+    struct monitor *monitor = ctx;
+    monitor->leave.granted = monitor->leave.resumed = true;
+}
+
+static void put_realtime(struct monitor *monitor, uint8_t byte) {
+    struct leave *leave = &monitor->leave;
+    const bool stops = byte == '!' || byte == 0x84 || byte == 0x85 || byte == 0x18;
+    if (!stops && byte != '~')
+        return;
+    leave->granted = leave->resumed = !stops;
+    leave->stopped |= stops;
+}
+
 static void put(void *ctx, uint8_t byte, bool lossy) {
     struct monitor *monitor = ctx;
+    put_realtime(monitor, byte);
     if (byte == 0xA3) { /* the operator's lines are answered before those that wait */
         monitor->lossy = true;
         memset(monitor->expected, ANSWER_ANY, sizeof monitor->expected);
@@ -305,6 +396,11 @@ static void said(void *ctx, const char *bytes, size_t count) {
     }
 }
 
+static void dropped(void *ctx, uint32_t lines) {
+    struct monitor *monitor = ctx;
+    monitor->sent -= lines;
+}
+
 /* ---- the monitor ---- */
 
 struct monitor *monitor_create(struct host *host, uint32_t checks) {
@@ -324,7 +420,12 @@ struct monitor *monitor_create(struct host *host, uint32_t checks) {
     host_position_steps(host, monitor->offset);
     for (unsigned ax = 0; ax < AXIS_COUNT; ax++)
         monitor->offset[ax] -= host->machine.trust.shift_steps[ax];
-    host->observer = (struct host_observer){.ctx = monitor, .looked = looked, .put = put, .said = said};
+    host->observer = (struct host_observer){.ctx = monitor,
+                                            .looked = looked,
+                                            .put = put,
+                                            .asked = asked,
+                                            .said = said,
+                                            .dropped = dropped};
     return monitor;
 }
 

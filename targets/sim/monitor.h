@@ -13,6 +13,10 @@
  *   beam      with $32=1 the controller has power on only while a cut is executed, in Run or until a hold
  *             rests, or to aim in Idle
  *
+ *   stops     behind a stop (! 0x84 0x85 0x18, a button, the door, whatever the controller counts as one) a
+ * hold or door ends only by a reset, or by a ~, start button or packet that came after it
+ *   rests     in the times of an ESP32 no task works for longer than it may without a rest (task_rest.h)
+ *
  *   liveness  what moves or owes an answer gets further, or waits for something that has a name
  *
  * The first thing found is kept in words. */
@@ -28,6 +32,7 @@ enum monitor_checks {
     MONITOR_LIMITS = 0x08,
     MONITOR_BEAM = 0x10,
     MONITOR_LIVENESS = 0x20,
+    MONITOR_STOPS = 0x40,
 };
 
 struct monitor;

@@ -80,7 +80,7 @@ static void what_cannot_be_read_is_a_key_that_nobody_knows(void) {
     }
 }
 
-static char trusted[256];
+static char trusted[TRUSTED_MAX + 1];
 
 static enum nvs_text read_trusted(void *ctx, const char *key, char *text, size_t size) {
     (void)ctx;
@@ -132,6 +132,29 @@ static void trust_for_ever_survives_a_restart(void) {
     full = false;
 }
 
+/* As many as there are places; one of the same network is another address. */
+static void trust_in_ipv6_addresses_survives_a_restart(void) {
+    static const struct access_store_ops ops = {.write = write_trusted};
+    const uint64_t network = 0x20010db800010002u;
+    struct access access;
+    trusted[0] = '\0';
+    begin(&access);
+    CHECK(access_trust(&access, 500, ACCESS_ALWAYS));
+    for (uint64_t host = 1; host < ACCESS_TRUSTED; host++)
+        CHECK(access_trust_at(&access, network, host, ACCESS_ALWAYS));
+    CHECK(access_store_keep_trust(&access, &ops, NULL));
+    begin(&access);
+    for (uint64_t host = 1; host < ACCESS_TRUSTED; host++)
+        CHECK(access_may_at(&access, network, host) && !access_may(&access, host));
+    CHECK(access_may(&access, 500) && !access_may(&access, network) && !access_may_at(&access, network, 99));
+    /* What was stored when networks were trusted is none. */
+    snprintf(trusted + 17, sizeof trusted - 17, "%s", "20010db800010002");
+    memcpy(trusted, "00000000", 8);
+    begin(&access);
+    CHECK(!access_may_at(&access, network, 1) && !access_may_at(&access, network, 99));
+    trusted[0] = '\0';
+}
+
 static void another_key_ends_all_trust(void) {
     static const struct access_store_ops ops = {.write = write_trusted};
     struct access access;
@@ -166,6 +189,7 @@ static void what_is_no_address_is_not_trusted(void) {
 
 int main(void) {
     trust_for_ever_survives_a_restart();
+    trust_in_ipv6_addresses_survives_a_restart();
     another_key_ends_all_trust();
     what_is_no_address_is_not_trusted();
     a_stored_key_is_the_key();

@@ -118,12 +118,12 @@ static void a_reset_or_an_estop_at_any_moment_leaves_both_motors_stepping(void) 
         type("$HY\n");
         run_us(ms * 1000 + ms);
         if (estop)
-            drive(map.wire[SIGNAL_ESTOP].gpio, false);
+            drive(map.wire[SIGNAL_ESTOP].gpio, true);
         else
             type("\x18");
         take_edges();
         run_us(100000);
-        drive(map.wire[SIGNAL_ESTOP].gpio, true);
+        drive(map.wire[SIGNAL_ESTOP].gpio, false);
         run_us(100000);
         type("\x18");
         run_us(2000000); /* the banner */
@@ -203,7 +203,7 @@ static void work(void) {
 static void an_estop_cuts_drivers_and_spindle_before_any_task(void) {
     work();
     const uint64_t edge = now;
-    drive(map.wire[SIGNAL_ESTOP].gpio, false);
+    drive(map.wire[SIGNAL_ESTOP].gpio, true);
     take_edges();
     CHECK(BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_I2S || all_is_cut());
     while (!all_is_cut() && now < edge + CUT_CYCLES)
@@ -217,7 +217,7 @@ static void an_estop_cuts_drivers_and_spindle_before_any_task(void) {
     type("\x18");
     run_us(200000);
     CHECK(all_is_cut());
-    drive(map.wire[SIGNAL_ESTOP].gpio, true);
+    drive(map.wire[SIGNAL_ESTOP].gpio, false);
     run_us(100000);
     CHECK(all_is_cut());
     type("\x18");
@@ -242,7 +242,7 @@ static void a_full_fifo_loses_no_cut(void) {
     work();
     for (unsigned n = 0; BOARD_STEP_ENGINE == BOARD_STEP_ENGINE_I2S && n < 2 * I2S_FIFO_WORDS; n++)
         shift_model_i2s()->fifo_wr = hal.step.shifted | hal.step.shift_lines;
-    drive(map.wire[SIGNAL_ESTOP].gpio, false);
+    drive(map.wire[SIGNAL_ESTOP].gpio, true);
     take_edges();
     run_us(2000);
     CHECK(all_is_cut());

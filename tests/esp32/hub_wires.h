@@ -156,11 +156,17 @@ static inline void start_hub(const char *key, size_t clients) {
     hub.access = &the_gate;
 }
 
-static inline bool come_from(unsigned n, uint64_t peer, bool local) {
+/* @param host  of IPv6, else 0 */
+static inline bool come_by(unsigned n, uint64_t peer, uint64_t host, bool local) {
     static const struct net_stream_ops ops = {.read = wire_read, .write = wire_write, .close = wire_close};
+    const struct net_stream stream = {
+        .ops = &ops, .ctx = &wires[n], .peer = peer, .host = host, .local = local};
     memset(&wires[n], 0, sizeof wires[n]);
-    return net_hub_connect(
-        &hub, &(struct net_stream){.ops = &ops, .ctx = &wires[n], .peer = peer, .local = local}, "client");
+    return net_hub_connect(&hub, &stream, "client");
+}
+
+static inline bool come_from(unsigned n, uint64_t peer, bool local) {
+    return come_by(n, peer, 0, local);
 }
 
 static inline void round_trip(void) {

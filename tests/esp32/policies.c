@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * Decisions of the firmware that need only a clock: safe mode, WiFi and Ethernet, the status LED. */
 #include "app/boot_guard.h"
+#include "app/restart_note.h"
 #include "check.h"
 #include "net/link_policy.h"
 #include "net/update_trial.h"
@@ -227,7 +228,53 @@ static void what_matters_most_is_shown(void) {
     CHECK(net_light_of(&facts) == NET_LIGHT_ALARM);
 }
 
+/* ---- restarts that were not requested ---- */
+
+static void a_restart_has_its_cause_once(void) {
+    struct restart_note note;
+    memset(&note, 0xA5, sizeof note); /* power-on: anything */
+    CHECK(restart_note_begin(&note, HAL_RESTART_EXTERNAL) == NULL);
+    CHECK(restart_note_begin(&note, HAL_RESTART_NONE) == NULL);
+    const struct hal_restart *restart = restart_note_begin(&note, HAL_RESTART_BROWN_OUT);
+    CHECK(restart != NULL && restart->cause == HAL_RESTART_BROWN_OUT);
+    CHECK(restart->address_count == 0 && restart->detail == NULL);
+}
+
+static void a_reset_in_motion_is_told_from_one_at_rest(void) {
+    struct restart_note note = {0};
+    restart_note_moves(&note, true);
+    CHECK(restart_note_begin(&note, HAL_RESTART_EXTERNAL) == &note.restart);
+    CHECK(restart_note_begin(&note, HAL_RESTART_EXTERNAL) == NULL);
+    restart_note_moves(&note, true);
+    restart_note_moves(&note, false);
+    CHECK(restart_note_begin(&note, HAL_RESTART_EXTERNAL) == NULL);
+    restart_note_moves(&note, true);
+    CHECK(restart_note_begin(&note, HAL_RESTART_NONE) == NULL); /* an update begins at rest alone */
+}
+
+static void a_panic_leaves_its_place(void) {
+    const uint32_t address[6] = {0x400D1234, 0x400D2000, 3, 4, 5, 6};
+    struct restart_note note = {0};
+    restart_note_panic(&note, address, 6, "LoadProhibited\nand a second line");
+    const struct hal_restart *restart = restart_note_begin(&note, HAL_RESTART_FAULT);
+    CHECK(restart->address_count == HAL_RESTART_ADDRESSES && restart->address[0] == 0x400D1234);
+    CHECK(strcmp(restart->detail, "LoadProhibited") == 0);
+    restart_note_panic(&note, address, 2, NULL);
+    restart = restart_note_begin(&note, HAL_RESTART_WATCHDOG);
+    CHECK(restart->address_count == 2 && restart->detail == NULL);
+    restart_note_panic(&note, address, 1, "a panic before the supply dips");
+    restart = restart_note_begin(&note, HAL_RESTART_BROWN_OUT);
+    CHECK(restart->address_count == 0 && restart->detail == NULL);
+    restart = restart_note_begin(&note, HAL_RESTART_FAULT); /* not the one before */
+    CHECK(restart->address_count == 0);
+    restart_note_panic(&note, address, 1, "more words than there is room for in the note");
+    CHECK(strlen(restart_note_begin(&note, HAL_RESTART_FAULT)->detail) == RESTART_DETAIL_SIZE - 1);
+}
+
 int main(void) {
+    a_restart_has_its_cause_once();
+    a_reset_in_motion_is_told_from_one_at_rest();
+    a_panic_leaves_its_place();
     three_crashes_in_a_row_lead_to_safe_mode();
     crashes_far_apart_do_not_add_up();
     a_weak_supply_is_no_crash_and_noise_is_no_count();

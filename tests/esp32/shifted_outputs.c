@@ -9,14 +9,27 @@
 #include "driver/gpio.h"
 #include "driver/ledc.h"
 #include "esp_rom_gpio.h"
+#include "hal/step_engine.h"
+#include "soc/gpio_sig_map.h"
+#include "soc/gpio_struct.h"
 
 #include <stdlib.h>
 #include <string.h>
 
 enum { NOT_SET = -1 };
 
+gpio_dev_t GPIO;
+static uint32_t signal_at[64], cut_high, cut_low;
+
 void esp_rom_gpio_connect_out_signal(uint32_t gpio, uint32_t signal, bool inverted, bool enable_inverted) {
-    (void)gpio, (void)signal, (void)inverted, (void)enable_inverted;
+    (void)inverted, (void)enable_inverted;
+    signal_at[gpio] = signal;
+}
+
+void step_engine_cut(struct hal_step *hal, uint32_t high, uint32_t low) {
+    (void)hal;
+    cut_high = high;
+    cut_low = low;
 }
 
 static int level[64];
@@ -116,10 +129,24 @@ static void outputs_of_registers_and_pins_side_by_side(void) {
     CHECK(shifted == enables() && level[PIN_COOLANT_FLOOD] == 0);
 }
 
+/* Whatever is on, and waves are led back to the pins' own levels. */
+static void a_panic_switches_all_off(void) {
+    memset((void *)(uintptr_t)&GPIO, 0, sizeof GPIO);
+    memset(signal_at, 0, sizeof signal_at);
+    outputs_cut(&outputs, NULL);
+    CHECK(cut_low == bit(PIN_MISC_OUT_0) && cut_high == 0);
+    const uint32_t low[2] = {GPIO.out_w1tc, GPIO.out1_w1tc.val};
+    CHECK((low[PIN_COOLANT_FLOOD / 32] >> PIN_COOLANT_FLOOD % 32 & 1) == 1);
+    CHECK((low[PIN_SPINDLE_PWM / 32] >> PIN_SPINDLE_PWM % 32 & 1) == 1);
+    CHECK(GPIO.out_w1ts == 0 && GPIO.out1_w1ts.val == 0);
+    CHECK(signal_at[PIN_SPINDLE_PWM] == SIG_GPIO_OUT_IDX);
+}
+
 int main(void) {
     start();
     everything_is_off_at_first();
     drivers_are_switched_together();
     outputs_of_registers_and_pins_side_by_side();
+    a_panic_switches_all_off();
     return report();
 }

@@ -8,11 +8,13 @@ from pathlib import Path
 
 import pytest
 from board_keys import published_keys
+from esp32_registers import FLAGS, build_folder, chip_folder, objects
 from patience import HANG_S
 from slow import slow_but
 from wificnc.board.header import pin_header_text, write_if_changed
 from wificnc.board.load import find_boards, load_board
 from wificnc.build.checkout import checkout_root
+from wificnc.build.compiler import locate_compiler
 from wificnc.build.host import build_program
 
 HERE = Path(__file__).parent
@@ -43,7 +45,14 @@ PROGRAMS = {
     "driver_bus": ("io/driver_bus.c",),
     "device_keys": ("app/device_keys.c", "io/pin_map.c", "store/nvs_device.c"),
     "pin_map": ("io/pin_map.c",),
-    "policies": ("app/boot_guard.c", "net/link_policy.c", "net/update_trial.c", "net/wifi_policy.c"),
+    "entropy": ("app/entropy.c",),
+    "policies": (
+        "app/boot_guard.c",
+        "app/restart_note.c",
+        "net/link_policy.c",
+        "net/update_trial.c",
+        "net/wifi_policy.c",
+    ),
     "nvs_store": ("store/nvs_channels.c", "store/nvs_keys.c", "store/nvs_store.c"),
     "serial": ("link/serial_stream.c",),
     "spindle_bus": ("io/spindle_bus.c",),
@@ -102,3 +111,34 @@ def test_outputs_are_those_of_the_board_file(board_id: str) -> None:
     keys = published_keys(board.path)
     assert pins == [value for key, value in sorted(keys.items()) if key not in FACTS]
     assert facts == [keys[key] for key in FACTS]
+
+
+def run_parts(name: str, parts: tuple[str, ...], chip: str, folder: Path) -> None:
+    """A program of the firmware's files in which all else is made up."""
+    board = load_board({"esp32": "esp32-wroom32", "esp32s3": "esp32s3-devkitc"}[chip])
+    headers = chip_folder(board, chip, build_folder(f"{name}-{chip}"))
+    sources = [HERE / f"{name}.c", *(ESP32 / part for part in parts)]
+    program = folder / name
+    subprocess.run([*locate_compiler(), *FLAGS, *map(str, objects(sources, headers)), "-o", str(program)], check=True)
+    done = subprocess.run([program], capture_output=True, text=True, timeout=HANG_S, check=False)
+    assert done.returncode == 0, done.stdout
+
+
+@pytest.mark.parametrize("chip", ["esp32", "esp32s3"])
+def test_tasks_rest_whatever_waits(chip: str, tmp_path: Path) -> None:
+    run_parts("rests", ("main/run.c", "app/motion_task.c"), chip, tmp_path)
+
+
+def test_a_panic_switches_outputs_off_first(tmp_path: Path) -> None:
+    run_parts("panic", ("app/panic.c", "app/restart_note.c"), "esp32", tmp_path)
+    assert "--wrap=esp_panic_handler" in (ESP32 / "main" / "CMakeLists.txt").read_text()
+
+
+def test_all_random_numbers_come_from_the_seed_that_is_drawn_first() -> None:
+    """The generator is asked in one file, and the start draws before the storage, the pins (I2S) and the network."""
+    asks = re.compile(r"\besp_(fill_)?random\b")
+    sources = [path for path in ESP32.rglob("*.c") if "test" not in path.relative_to(ESP32).parts]
+    assert [path.name for path in sources if asks.search(path.read_text())] == ["entropy.c"]
+    start = (ESP32 / "main" / "main.c").read_text().partition("void app_main(void)")[2]
+    calls = re.findall(r"\b(\w+)\(", start)
+    assert calls[0] == "entropy_start"

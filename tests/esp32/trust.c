@@ -146,6 +146,52 @@ static void a_button_without_room_for_more_trust_says_so(void) {
     CHECK(hub.client[0].locked && strstr(wires[2].out, "$TRUST=no") != NULL);
 }
 
+/* Who guesses has all addresses of its network, but others in it are not let in. */
+static void trust_is_in_an_address_and_guesses_are_of_its_network(void) {
+    const uint64_t network = 0x20010db800010002u;
+    start_hub("s3cret!?", 4);
+    CHECK(come_by(0, network, 0xa1, false) && come_by(1, network, 0xa2, false));
+    send(0, "$LOGIN=s3cret!?\n$TRUST=always\n");
+    CHECK(strstr(wires[0].out, "are trusted") != NULL && access_may_at(&the_gate, network, 0xa1));
+    CHECK(!access_may_at(&the_gate, network, 0xa2) && !access_may(&the_gate, network));
+    send(1, "G0X1\n");
+    CHECK(strstr(wires[1].out, "error:180") != NULL && hub.client[1].locked && got_count == 0);
+    CHECK(come_by(2, network, 0xa1, false) && !hub.client[2].locked);
+    send(0, "$TRUST\n");
+    CHECK(strcmp(wires[0].out, "[TRUST:1,2001:db8:1:2:0:0:0:a1,always]\r\nok\r\n") == 0);
+    send(1, "$LOGIN=wrong\n");
+    CHECK(come_by(3, network, 0xa3, false));
+    send(3, "$LOGIN=s3cret!?\n"); /* it waits for the turn of its network */
+    CHECK(strstr(wires[3].out, "ok") == NULL && hub.client[3].locked);
+    clock_us += 5000000;
+    round_trip();
+    CHECK(!hub.client[3].locked);
+}
+
+/* In the network of who has tried that one address is let in; a second one makes it doubtful. */
+static void the_button_tells_addresses_of_a_network_apart(void) {
+    const uint64_t network = 0x20010db800010002u;
+    start_hub("s3cret!?", 4);
+    CHECK(come_by(0, network, 1, false) && come_by(1, network, 2, false) && come(2, true));
+    send(0, "G0X1\n");
+    pressed++;
+    round_trip();
+    CHECK(!hub.client[0].locked && hub.client[1].locked && !access_may_at(&the_gate, network, 2));
+    CHECK(come_by(3, network, 3, false));
+    send(1, "G0X1\n");
+    send(3, "G0X1\n");
+    pressed++;
+    round_trip();
+    CHECK(hub.client[1].locked && hub.client[3].locked);
+}
+
+static void a_link_local_address_is_listed_as_such(void) {
+    start("s3cret!?");
+    CHECK(access_trust_at(&the_gate, 0x0211223344556677u, 0x0211223344556677u, ACCESS_DAY) && come(1, true));
+    send(1, "$TRUST\n");
+    CHECK(strcmp(wires[1].out, "[TRUST:1,fe80::211:2233:4455:6677,86400]\r\nok\r\n") == 0);
+}
+
 static void a_trust_that_cannot_be_is_refused(void) {
     start("s3cret!?");
     CHECK(come(0, false) && come(1, true));
@@ -166,6 +212,9 @@ int main(void) {
     the_button_lets_in_no_one_of_several();
     a_button_without_room_for_more_trust_says_so();
     a_trust_that_cannot_be_is_refused();
+    trust_is_in_an_address_and_guesses_are_of_its_network();
+    the_button_tells_addresses_of_a_network_apart();
+    a_link_local_address_is_listed_as_such();
     net_hub_close(&hub);
     return report();
 }

@@ -7,8 +7,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import images
 import numpy as np
 import pytest
+from espsim import code as c
 from registers import Registers
 from wificnc.chip.espsim import CPU_HZ, Chip, ChipFault, VirtualChip
 
@@ -89,6 +91,28 @@ def test_ledc_makes_its_formula(kind: Chip, divider: int, bits: int, duty: int) 
         assert len(periods) >= 17
         assert np.abs(np.cumsum(periods) - period * np.arange(1, len(periods) + 1)).max() <= 1
         assert np.abs(np.array(highs) - duty * period / 2**bits).max() <= 1
+
+
+@pytest.mark.parametrize(("reset", "continues"), [(1 << 5, True), (1 << 31, False)], ids=["processors", "all"])
+def test_ledc_continues_through_a_reset_of_the_processors(kind: Chip, reset: int, continues: bool) -> None:
+    """The wave of a charge pump keeps its relay closed, unless the program takes it off the pin."""
+    with VirtualChip(kind) as chip:
+        entry = {Chip.ESP32: 0x40080400, Chip.ESP32S3: 0x403C0400}[kind]
+        app = images.image(entry, [(entry, c.jump(0) + b"\0")], chip=images.CHIP_IDS[kind])
+        chip.load(images.merged(kind, app))
+        regs = Registers(chip, kind)
+        regs.store(regs.at.gpio + 0x24, 1 << PIN)
+        route(regs, LEDC[kind].signal)
+        ledc_timer(regs, kind, 256, 8)
+        ledc_duty(regs, kind, 128 << 4)
+        regs.wait(5000)
+        regs.store({Chip.ESP32: 0x3FF48000, Chip.ESP32S3: 0x60008000}[kind], reset)
+        regs.wait(2)
+        assert chip.resets[0] == 1
+        chip.edges()
+        regs.wait(20 * 768)
+        assert (len(levels(chip)) >= 38) == continues
+        assert continues or chip.level(PIN) == 0
 
 
 def test_ledc_duty_of_none_and_of_all(kind: Chip) -> None:

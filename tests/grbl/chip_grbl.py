@@ -18,6 +18,8 @@ from collections.abc import Sequence
 from types import SimpleNamespace
 
 import numpy as np
+from c_library import EVENT
+from grbl_host import HZ
 from numpy.typing import NDArray
 from step_accelerations import accelerations
 from wificnc.board.model import Board
@@ -152,7 +154,17 @@ class ChipGrbl:
         return self.after(0, "?")
 
     def state(self) -> str:
-        return self.status()[1:].split("|")[0]
+        """As the host's controller says it, in no time: a copy of the chip is asked, for a question takes 10 us on the
+        wire and an answer up to a ms, in which what is tested may end."""
+        if self.chip.unread:  # lines that were put before: until they are read, and the main loop has looked
+            while self.chip.unread:
+                self.chip.run(SHORT_S)
+            self.chip.run(LOOK_S)
+        self._recorded.append(self.chip.steps())
+        self.chip.save()
+        said = self.status()
+        self.chip.restore()
+        return said[1:].split("|")[0]
 
     def time(self) -> float:
         return (self.chip.cycles - self._waited) / self.chip.cpu_hz
@@ -175,11 +187,19 @@ class ChipGrbl:
     def record(self) -> None:
         """Keep all step edges from now on, for accelerations()."""
         self.chip.steps()
-        self._recorded = []
+        self._recorded.clear()
 
     def _steps(self) -> NDArray[np.void]:
         self._recorded.append(self.chip.steps())
         return np.frombuffer(b"".join(self._recorded), dtype=np.dtype(STEP_DTYPE))
+
+    def step_events(self) -> NDArray[np.void]:
+        """All step edges since record(), as the host's controller has them."""
+        steps = self._steps()
+        events = np.zeros(len(steps), EVENT)
+        events["t"] = np.rint(steps["cycle"] * (HZ / self.chip.cpu_hz))
+        events["step"], events["dir"] = steps["step"], steps["dir"]
+        return events
 
     def first_step_s(self) -> float:
         return float(self._steps()["cycle"][0]) / self.chip.cpu_hz
@@ -188,6 +208,9 @@ class ChipGrbl:
         """Steps/s^2 per axis by box differences of the recorded positions."""
         steps = self._steps()
         return accelerations(steps["cycle"] / self.chip.cpu_hz, steps["step"], steps["dir"], window_s)
+
+    def stall(self, side: object, after_s: float, for_s: float) -> None:
+        raise NotOnThisBoard("the image's main loop cannot be kept from working by itself")
 
     def lose_sender(self, waits: bool = False) -> None:
         raise NotOnThisBoard("a UART has no connection that could end")
@@ -205,6 +228,7 @@ class ChipGrbl:
     look_s = LOOK_S
     receive_room = RX_SIZE  # bytes that wait before one is lost
     rpm_step = RPM_MAX / 10_000  # of S, that an output shows with $30=1000
+    edge_gap_s = 2e-6  # two edges of a line that are nearer may be one interrupt
     input_delay_s = 0.005 + LOOK_S  # an input of M66 counts when it has been quiet for 5 ms
 
     @property

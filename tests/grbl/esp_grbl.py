@@ -87,6 +87,10 @@ class EspGrbl(ChipGrbl):
     report_s = 1e-6 * number_in("app/controller.c", r"ASK_EVERY_US +(\d+)u?") + 0.005  # ? is answered this often
     kept = b""  # the flash chip's partition
 
+    def state(self) -> str:
+        """It has no copy that could be asked."""
+        return self.status()[1:].split("|")[0]
+
     def __init__(self) -> None:
         board = load_board(BOARD)
         self.board = board

@@ -263,6 +263,7 @@ class Grbl:
     plan_moves = PLAN_MOVES
     receive_room = RX_SIZE  # bytes that wait before one is lost
     rpm_step = 1e-3  # of S, that an output shows with $30=1000
+    edge_gap_s = 0.0  # edges of a line that are nearer are not seen apart
     input_delay_s = 0.0  # from a level to its being noticed
 
     @property

@@ -68,7 +68,7 @@ def test_bursts_of_noise(cutting: Grbl, seed: int) -> None:
         cutting.input_in(t, line, True)
         t += chance.uniform(0.05e-6, FILTER_S - 0.1e-6)
         cutting.input_in(t, line, False)
-        t += chance.choice([0.1e-6, 1e-6, 20e-6])
+        t += max(chance.choice([0.1e-6, 1e-6, 20e-6]), cutting.edge_gap_s)
     assert cutting.after(t + 1e-3) == "" and cutting.state() == "Run"
 
 

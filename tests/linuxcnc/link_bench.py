@@ -73,6 +73,9 @@ class Wire:
         self.status_late_s = 0.0  # status reports take this time, all else no time
         self.answers: list[bytes] = []
         self.loss = 0.0  # part of all datagrams, both ways; so many come twice, too
+        self.delay_s = 0.0  # each copy takes up to this, so they overtake one another
+        self._to_device: list[tuple[float, bytes]] = []
+        self._to_host: list[tuple[float, bytes]] = []
         self._dice = random.Random(1)
 
     def _shifted(self, packet: bytes) -> bytes:
@@ -90,12 +93,27 @@ class Wire:
         """Of a datagram that get there."""
         return (self._dice.random() >= self.loss) * (1 + (self._dice.random() < self.loss))
 
+    def _on_way(self, message: bytes) -> list[tuple[float, bytes]]:
+        """Its copies, and when each is there."""
+        return [(self.virtual.now + self._dice.random() * self.delay_s, message) for _ in range(self._copies())]
+
+    def _come(self, way: list[tuple[float, bytes]]) -> list[bytes]:
+        come = sorted(each for each in way if each[0] <= self.virtual.now)
+        way[:] = [each for each in way if each[0] > self.virtual.now]
+        return [message for _, message in come]
+
+    def deliver(self) -> None:
+        """What is at the controller by now."""
+        for message in self._come(self._to_device):
+            self.virtual.raw(message, HOST)
+
     def datagram(self, _ctx: object, data: int, size: int) -> None:
         message = ctypes.string_at(data, size)
         if message[5] == Type.JOG_STOP:
             self.registration = message
-        for _ in range(self._copies() if not self.dead else 0):
-            self.virtual.raw(message, HOST)
+        if not self.dead:
+            self._to_device += self._on_way(message)
+            self.deliver()
 
     def control(self, _ctx: object, data: int, size: int) -> None:
         """One message: the component asks for nothing in pieces."""
@@ -131,8 +149,8 @@ class Wire:
             if is_status and each.time_s + self.status_late_s > self.virtual.now:
                 self.virtual.sent.append(each)
             else:
-                come += [self._shifted(each.data)] * self._copies()
-        return come
+                self._to_host += self._on_way(self._shifted(each.data))
+        return come + self._come(self._to_host)
 
 
 class Bench:
@@ -255,6 +273,7 @@ class Bench:
 
     def servo(self) -> None:
         self.virtual.run(SERVO_S)
+        self.wire.deliver()
         self.each_servo()
         self.servo_s += SERVO_S
         command = (*self.command, *[0.0] * (6 - len(self.command)))

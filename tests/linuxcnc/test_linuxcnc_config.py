@@ -161,11 +161,11 @@ def worst_ratio(velocity: float, acceleration: float, most: float, least: float,
 @pytest.mark.parametrize("velocity", [0.5, 10, 50, 83.3, 200, 500])
 @pytest.mark.parametrize("acceleration", [10, 100, 400, 3000])
 def test_following_error_allows_the_lag_and_little_more(velocity: float, acceleration: float) -> None:
-    """Queue 0.1 s, report 0.05 s, network 0.05 s."""
+    """Queue 0.1 s, report 0.05 s, network 0.05 s; 0.15 s until LinuxCNC waits, and two reports that are lost then."""
     most, least = following_error(velocity, acceleration)
-    assert worst_ratio(velocity, acceleration, most, least, 0.2) <= 1
+    assert worst_ratio(velocity, acceleration, most, least, 0.45) <= 1
     assert worst_ratio(velocity, acceleration, most, least, 0.5) > 1 or velocity < 2, "half a second is not hidden"
-    assert least <= 0.2 * velocity + 0.5 and least <= most
+    assert least <= 0.45 * velocity + 0.2 and least <= most
 
 
 @pytest.mark.parametrize("machine", find_machines())

@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
-enum { HZ = 2000000, ALL = 0x3f };
+enum { HZ = 2000000, ALL = 0x7f };
 
 static const struct host_board board = {
     .timer_hz = HZ, .step_pulse_ns = 2000, .dir_setup_ns = 1000, .max_step_rate_hz = 40000, .axis_count = 3};
@@ -77,6 +77,19 @@ static void beam_in_a_rapid(struct host *host) {
     host->hal.outputs_set.spindle_duty = 100;
 }
 
+/* As if a ~ from before it were kept. */
+static void stop_starts(struct host *host) {
+    send(host, "!~!");
+    pass(host, 3000);
+    host->machine.life.state = MACHINE_RUN;
+}
+
+static void reset_ends_a_hold(struct host *host) {
+    send(host, "!");
+    pass(host, 3000);
+    send(host, "\x18");
+}
+
 static void expect(void (*fault)(struct host *host), const char *words) {
     struct host *host = host_create(&board);
     struct monitor *monitor = host != NULL ? monitor_create(host, ALL) : NULL;
@@ -111,6 +124,8 @@ int main(void) {
     expect(brakes_too_hard, "changes its speed");
     expect(beam_at_rest, "the beam is on");
     expect(beam_in_a_rapid, "nothing is cut");
+    expect(stop_starts, "no resume came behind the last stop");
+    expect(reset_ends_a_hold, NULL);
     printf("%u failures\n", failures);
     return failures == 0 ? 0 : 1;
 }

@@ -66,6 +66,26 @@ def test_a_stall_loses_no_step_and_no_line(tasks: Tasks, side: Side) -> None:
     host.close()
 
 
+DENSE = {
+    "empty lines": "\n" * 1900,
+    "comments": "(x)\n" * 480,
+    "settings that are read": "$G\n" * 400,
+    "micro moves": "".join(f"G1X{n * 0.005:.3f}Y{n % 2 * 0.003:.3f}F12000\n" for n in range(1200)),
+    "short arcs": "".join(f"G2X{n * 0.02:.2f}I0.01F12000\n" for n in range(1, 400)),
+    "outputs between moves": "".join(f"G1X{n * 0.05:.2f}F12000\nM8\nM9\n" for n in range(200)),
+}
+
+
+@pytest.mark.parametrize("program", DENSE.values(), ids=DENSE.keys())
+def test_tasks_rest_whatever_waits(program: str) -> None:
+    """The monitor counts rounds without a rest; each line is executed all the same."""
+    host = controller(Tasks.ESP32)
+    run = host.run(program)
+    assert run.answers.count("ok") == program.count("\n")
+    assert run.counted() == run.position
+    host.close()
+
+
 def test_the_step_interrupt_goes_on_while_the_task_is_stalled() -> None:
     host = controller(Tasks.ESP32, CHECKS)
     host.start("G1 X10 F600\n")

@@ -16,6 +16,10 @@ U3MODE, U3STA, U3TX, U3RX, U3BRG = 0xBF822400, 0xBF822410, 0xBF822420, 0xBF82243
 IRQ_OC1, IRQ_T4, IRQ_CN_D, IRQ_U3_RX, IRQ_U3_TX = 7, 19, 121, 158, 159
 IRQ_U2_TX = 147
 RPD5R = 0xBF8015D4
+OSCCON, RCON, RNMICON = 0xBF801200, 0xBF801240, 0xBF801260
+POR, BOR, WDTO, EXTR = 1 << 0, 1 << 1, 1 << 4, 1 << 7
+CLOCK_FAILS = 1 << 17
+PLL_CLOCK, BACKUP_CLOCK = 1, 6  # OSCCON.COSC
 ON = 1 << 15
 SPIN = 0x1000FFFF  # b .
 WAIT, SPIN_BACK = 0x42000020, 0x1000FFFE  # b .-4
@@ -89,7 +93,7 @@ def test_set_clear_invert(ready: VirtualChip) -> None:
         (0xBF80FFF0, "unknown register bf80fff0"),
         (0xBF860738, "unknown register"),
         (0x9D000000, "cannot be stored to"),
-        (0x40000000, "not mapped"),
+        (0x40000000, "the TLB was never written"),
         (0xBE000000, "cannot be stored to"),
     ],
 )
@@ -114,6 +118,33 @@ def test_software_reset_comes_with_the_read(ready: VirtualChip) -> None:
     assert ready.resets == 0
     ready.read_register(RSWRST)
     assert ready.resets == 1 and ready.cpu().pc == 0xBFC00000
+
+
+def test_causes_of_resets_stay_until_they_are_cleared(ready: VirtualChip) -> None:
+    """Register 6-1; a power-on begins with its own."""
+    ready.write_register(RCON, 0)
+    for cause in (EXTR, WDTO):
+        ready.reset_by(cause)
+    assert ready.read_register(RCON) == EXTR | WDTO
+    ready.power_on()
+    assert ready.read_register(RCON) == POR | BOR
+
+
+def test_a_lost_oscillator_is_no_reset(ready: VirtualChip) -> None:
+    """Section 8.2: the clock monitor goes over to the backup clock and raises an NMI, at the address of a reset. Ports and
+    RAM stay; a reset does not bring the clock back."""
+    ready.write_register(port("D", 0x30), 0x00F0)
+    ready.write_ram(0x100, b"here")
+    ready.oscillator(False)
+    assert ready.cpu().pc == 0xBFC00000 and ready.resets == 0
+    assert ready.read_register(RNMICON) == CLOCK_FAILS
+    assert ready.read_register(OSCCON) >> 12 & 7 == BACKUP_CLOCK
+    assert ready.read_register(port("D", 0x30)) == 0x00F0 and ready.read_ram(0x100, 4) == b"here"
+    ready.reset_by(EXTR)
+    assert ready.read_register(OSCCON) >> 12 & 7 == BACKUP_CLOCK and ready.read_register(port("D", 0x30)) == 0
+    ready.oscillator(True)
+    ready.reset_by(EXTR)
+    assert ready.read_register(OSCCON) >> 12 & 7 == PLL_CLOCK
 
 
 @pytest.mark.slow

@@ -126,6 +126,6 @@ class Controller:
         """Number of a signal's pin."""
         return pin_number(self.board.pin_names()[signal])
 
-    def at(self, seconds: float, signal: str, level: int) -> None:
+    def at(self, seconds: float, signal: str, level: int | None) -> None:
         """Drive a pin, this long from now."""
         self.chip.drive_at(self.chip.cycles + round(seconds * CPU_HZ), self.pin(signal), level)

@@ -181,9 +181,9 @@ def test_interrupted_at_any_moment(gantry: Controller, stop: str, moment_s: floa
     gantry.chip.write(b"$HY\n")
     gantry.run(moment_s)
     if stop == "estop":
-        gantry.at(0.0, "estop", 0)
-        gantry.run(0.05)
         gantry.at(0.0, "estop", 1)
+        gantry.run(0.05)
+        gantry.at(0.0, "estop", 0)
         gantry.run(0.05)
     assert BANNER in gantry.realtime("\x18", 2.0)
     gantry.send("$X")

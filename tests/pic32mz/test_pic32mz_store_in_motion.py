@@ -94,7 +94,7 @@ def test_spindle_is_off_in_time_while_a_page_is_erased(full: Controller, stop: s
     full.chip.record_edges(True)
     operations, begin = full.chip.flash_operations, full.chip.cycles
     if stop == "estop":
-        full.at(0.0, "estop", 0)
+        full.at(0.0, "estop", 1)
     else:
         full.chip.write(b"\x18")
         begin += round(10 / 115200 * CPU_HZ)

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import importlib.util
 import random
+import re
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import TypeVar
 
 import numpy as np
 import pytest
 from chip_controller import BANNER, Controller
-from image_fixture import ALL_ON_CHIP
 from mips.isr import disassemble, read_disassembly, violations
+from stack_use import DEEPEST, STACK_BUDGET, paint_stack, stack_used
 from test_pic32mz_libc import Caller, bits, halves, long_result, signed
 from test_pic32mz_motion import LINES, chip_trace, host_trace
 from wificnc.board.model import Board
@@ -23,12 +25,39 @@ from wificnc.chip.image import elf_symbols, read_hex
 from wificnc.chip.machine import wired_chip
 from wificnc.errors import BuildError
 
-MAX_FLASH_BYTES = 152 * 1024  # clang has no -flto here that keeps the ABI, and its code for MIPS is larger
+MAX_FLASH_BYTES = 320 * 1024  # clang has no -flto here that keeps the ABI, and its code for MIPS is larger
+Test = TypeVar("Test", bound=Callable[..., None])
 
 HAS_ZIG = importlib.util.find_spec("ziglang") is not None
-needs_zig = pytest.mark.skipif(
-    not (HAS_ZIG and ALL_ON_CHIP), reason="a build of all files by PyPI's ziglang: make test-chip"
-)
+
+
+def needs_zig(test: Test) -> Test:
+    """One build for all of them, as CI makes it: an image that nothing runs may never start."""
+    skip = pytest.mark.skipif(not HAS_ZIG, reason="no ziglang here: pip install ziglang")
+    return pytest.mark.slow(skip(test))  # type: ignore[no-any-return]
+
+# Lines, and what they are answered.
+SHORT_FORM = [
+    ("$", r"\[HLP:.*ok\r\n$"),
+    ("$$", r"\$0=.*\$132=[\s\S]*ok\r\n$"),
+    ("$I", r"\[VER:[\s\S]*ok\r\n$"),
+    ("$#", r"\[G54:[\s\S]*\[TLO:[\s\S]*ok\r\n$"),
+    ("$G", r"\[GC:G0 G54 G17 G21 G90 G94"),
+    ("$N", r"\$N0=[\s\S]*ok\r\n$"),
+    ("$999=1", r"^error:3\r\n$"),
+    ("$20=1", r"^error:10\r\n$"),
+    ("G1X1", r"^error:22\r\n$"),
+    ("X1.2.3", r"^error:1\r\n$"),
+    ("G2X5F100", r"^error:26\r\n$"),
+    ("$C\nG1X5F100\n$C", r"^\[MSG:Enabled\]\r\nok\r\nok\r\n"),
+    ("$J=G91X1F500", r"^ok\r\n$"),
+    ("#1=[SQRT[2]*5]\nG1X#1F2000", r"^ok\r\nok\r\n$"),
+    ("G91\nG2X2Y0I1J0F1000\nG90", r"^ok\r\nok\r\nok\r\n$"),
+    ("G10L2P2X3\nG55\nG54", r"^ok\r\nok\r\nok\r\n$"),
+    ("M3S500\nM5\nM8\nM9", r"^(ok\r\n){4}$"),
+    ("G4P0.01", r"^ok\r\n$"),
+    ("$SLP", r"^ok\r\n\[MSG:Sleeping\]"),
+]
 
 
 @pytest.fixture(scope="module")
@@ -39,6 +68,7 @@ def zig(board: Board) -> Pic32Build:
 @pytest.fixture(scope="module")
 def controller(board: Board, zig: Pic32Build) -> Iterator[Controller]:
     with Controller(board, read_hex(zig.hex.read_text())) as controller:
+        paint_stack(controller, zig)
         assert controller.boot() == BANNER
         for axis in range(len(board.axes)):
             controller.fine(f"$11{axis}=5000", f"$12{axis}=500")
@@ -70,6 +100,24 @@ def test_interrupt_handlers_keep_their_rules(zig: Pic32Build) -> None:
 
 
 @needs_zig
+@pytest.mark.parametrize(("lines", "wanted"), SHORT_FORM)
+def test_the_checklists_short_form(controller: Controller, lines: str, wanted: str) -> None:
+    """A line of each section of tests/grbl/checklist.toml."""
+    controller.realtime("\x18", 0.3)
+    said = "".join(controller.send(line) for line in lines.split("\n"))
+    assert re.search(wanted, said), said
+    controller.rest()
+
+
+@needs_zig
+def test_stack(controller: Controller, zig: Pic32Build) -> None:
+    """After all of the above, and what takes most of it."""
+    for line in DEEPEST:
+        controller.send(line)
+    assert 0 < stack_used(controller, zig) <= STACK_BUDGET
+
+
+@needs_zig
 def test_settings_and_switches(controller: Controller, board: Board) -> None:
     controller.fine("$130=300")
     controller.chip.power_on()
@@ -77,7 +125,7 @@ def test_settings_and_switches(controller: Controller, board: Board) -> None:
     assert "$130=300.000\r\n" in controller.send("$$")
     controller.fine("G91G1X5F600")
     controller.run(0.1)
-    controller.at(0.0, "estop", 0)
+    controller.at(0.0, "estop", 1)
     controller.run(0.001)
     stood = controller.stands()
     controller.run(1.0)

@@ -86,7 +86,8 @@ def test_take_moves_ownership_and_is_answered_once(server: Server) -> None:
     with connect(server) as first, connect(server) as second:
         assert first.ask("G0X1") == ["ok"]
         second.until("^ok$")
-        assert second.ask("$take") == ["ok"]
+        first.idle_position_mm()  # what moves would be held
+        assert second.ask("$take") == ["[MSG:In control]", "ok"]
         assert first.until("Observer")[-1] == f"[MSG:Observer: {second.name} is in control, $TAKE takes control]"
         assert second.ask("G0X7") == ["ok"]
         assert second.ask("$TAKE") == ["ok"]

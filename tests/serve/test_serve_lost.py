@@ -123,7 +123,7 @@ def test_a_watcher_that_leaves_stops_nothing(serve: Serve) -> None:
 
 
 def test_a_former_owner_that_leaves_stops_nothing(serve: Serve) -> None:
-    """Who took over answers for what runs."""
+    """Who took over answers for what is held then."""
     server = serve(speed=SLOW, control=0)
     with connect(server) as new:
         with connect(server) as old:
@@ -132,6 +132,7 @@ def test_a_former_owner_that_leaves_stops_nothing(serve: Serve) -> None:
             new.send("$TAKE\n")
             assert new.name in old.until("Observer")[-1]
         clock(server, SPEED)
+        new.send("~")
         assert x_of(wait_for(new, "Idle")) == -300.0
 
 

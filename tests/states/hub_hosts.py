@@ -4,6 +4,7 @@ whom one commands. Bytes of the tests are those of client 0."""
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Sequence
 from typing import Any
 
 from c_library import LIB
@@ -31,10 +32,11 @@ def copied(target: int, data: bytes) -> int:
 
 
 class HubHosts(RemoteHosts):
-    """Room of the server: as on a chip with little memory."""
+    """Room of the server: as on a chip with little memory. Clients at some places may be pendants."""
 
-    def __init__(self, room: int = 2048) -> None:
+    def __init__(self, room: int = 2048, pendants: Sequence[int] = ()) -> None:
         self._sent, self._got = [b""] * CLIENTS, [b""] * CLIENTS
+        self.stalled: set[int] = set()  # places that read nothing
         super().__init__()
         self._machine = LIB.host_machine(self._host)
         self._ops = Ops(
@@ -47,6 +49,8 @@ class HubHosts(RemoteHosts):
             whose=callback(Ops, "whose", lambda _ctx: LIB.machine_whose(self._machine)),
             stops=callback(Ops, "stops", lambda _ctx: LIB.machine_stops(self._machine)),
             room=callback(Ops, "room", lambda _ctx: LIB.machine_line_room(self._machine)),
+            drop_unread=callback(Ops, "drop_unread", lambda _ctx: LIB.host_drop_unread(self._host)),
+            busy=callback(Ops, "busy", lambda _ctx: LIB.host_is_busy(self._host)),
         )
         self._wires = StreamOps(
             read=callback(StreamOps, "read", self._read),
@@ -58,7 +62,8 @@ class HubHosts(RemoteHosts):
         LIB.net_hub_init(ctypes.byref(self._hub), ctypes.byref(sizes), ctypes.byref(self._ops), None)
         self._hub.access = ctypes.pointer(self._access)
         for place in range(CLIENTS):
-            made = Stream(ops=ctypes.pointer(self._wires), ctx=place + 1, peer=place + 1)
+            kind = HOST.enum("net_pendant").NET_PENDANT_TERMINAL if place in pendants else 0
+            made = Stream(ops=ctypes.pointer(self._wires), ctx=place + 1, peer=place + 1, pendant=kind)
             assert LIB.net_hub_connect(ctypes.byref(self._hub), ctypes.byref(made), b"client")
 
     def close(self) -> None:
@@ -79,7 +84,10 @@ class HubHosts(RemoteHosts):
         return copied(data, taken)
 
     def _write(self, stream: int, data: int, count: int) -> int:
-        self._got[self._place(stream)] += ctypes.string_at(data, count)
+        place = self._place(stream)
+        if place in self.stalled:
+            return 0
+        self._got[place] += ctypes.string_at(data, count)
         return count
 
     def _place(self, stream: int) -> int:
@@ -104,6 +112,10 @@ class HubHosts(RemoteHosts):
         self._sent[place] += data.encode("latin-1")
         self._round()
 
+    def waits_of(self, place: int) -> int:
+        """Bytes of its lines that wait in the server."""
+        return int(self._hub.client[place].whole)
+
     def lose_client(self, place: int) -> None:
         """Its connection is broken off."""
         LIB.net_hub_lost(ctypes.byref(self._hub.client[place]))
@@ -122,6 +134,13 @@ class HubHosts(RemoteHosts):
     def send(self, data: str) -> str:
         """As that of Grbl, for lines that are done soon."""
         return self.after(0.01, data)
+
+    def passes(self, seconds: float) -> None:
+        """Let time pass; what is heard meanwhile stays with those who hear it."""
+        for left_s in [SLICE_S] * round(seconds / SLICE_S) or [seconds]:
+            LIB.host_input_follows(self._host, 0)
+            LIB.host_run_until(self._host, LIB.host_time_ticks(self._host) + round(left_s * HZ))
+            self._round()
 
     def after(self, seconds: float, data: str = "") -> str:
         self.put(data)

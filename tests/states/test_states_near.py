@@ -29,7 +29,8 @@ PAIRS = [
 GAPS_S = (0.0, 0.001, 0.0049)
 RESUMES = {"resume_byte", "start_button"}
 HOLDS = {"hold_byte", "hold_button"}
-HOLDS_AGAIN = HOLDS | {"park_byte", "spindle_stop_byte"}
+STOPS = HOLDS | {"cancel_byte", "door_byte", "door_opens"}
+HOLDS_AGAIN = STOPS | {"park_byte", "spindle_stop_byte"}
 SHARDS = 180  # of the pairs; one runs in CI, three in the night, all with WIFICNC_STATES=all
 ALL = os.environ.get("WIFICNC_STATES") == "all"
 
@@ -60,10 +61,10 @@ def restores(start: Model, name: str) -> bool:
 
 
 def takes_back(start: Model, hold: str, resume: str, gap_s: float) -> bool:
-    """In the same moment the hold counts and the resume does not. Until the tools are back the machine is held as
-    before: a hold then stops them again, 0xA3 parks, 0x9E stops the spindle, and another resume is needed
+    """In the same moment the stop counts and the resume does not. Until the tools are back the machine is held as
+    before: a stop then stops them again, 0xA3 parks, 0x9E stops the spindle, and another resume is needed
     (docs/states.md, door_closed)."""
-    if hold in HOLDS and resume in RESUMES and gap_s == 0:
+    if hold in STOPS and resume in RESUMES and gap_s == 0:
         return True
     return hold in HOLDS_AGAIN and restores(start, resume)
 
@@ -137,7 +138,9 @@ def test_a_hold_after_a_resume_holds(situation: str, resume: str, hold: str, gap
 
 def test_resume_and_hold_in_one_look_of_the_controller() -> None:
     """In a stalled task both wait for the same look: the newer one decides."""
-    for bytes_, moves in (("~!", False), ("!~", True), ("~!~", True), ("!~!", False)):
+    stops = ("!", "\x85", "\x84", "\x18")
+    both = [(f"~{stop}", False) for stop in stops] + [(f"{stop}~", stop in "!\x85") for stop in stops]
+    for bytes_, moves in (*both, ("~!~", True), ("!~!", False), ("\x85~\x85", False), ("~\xa3", False)):
         pair = Pair(TABLE)
         pair.reach("hold, move")
         pair.grbl.put(bytes_)
@@ -146,3 +149,23 @@ def test_resume_and_hold_in_one_look_of_the_controller() -> None:
         pair.grbl.after(1)
         assert (pair.grbl.stands() != at) == moves, bytes_
         pair.close()
+
+
+@pytest.mark.alike(8)
+@pytest.mark.parametrize("stop", sorted(STOPS - {"door_opens"}))
+@pytest.mark.parametrize("situation", ["lost, move", "door_closed, move"])
+def test_a_stop_while_the_tools_come_back_holds(situation: str, stop: str) -> None:
+    """The spindle runs up for 4 s: what a resume has begun is taken back, and the next one leads on."""
+    pair = Pair(TABLE)
+    pair.reach(situation)
+    at, entry = pair.grbl.stands(), TABLE.inputs[stop]
+    pair.grbl.after(1, "~")
+    act(pair.grbl, entry, True)
+    pair.grbl.after(PULSE_S)
+    act(pair.grbl, entry, False)
+    pair.grbl.after(20)
+    assert pair.grbl.stands() == at and pair.shown() in ("Hold:0", "Door:0")
+    assert pair.outputs() == (False, 0)
+    pair.grbl.after(10, "~")
+    assert pair.grbl.stands() != at and pair.outputs() == (True, 2)
+    pair.close()

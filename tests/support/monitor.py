@@ -16,9 +16,10 @@ class Checks(IntFlag):
     LIMITS = 0x08
     BEAM = 0x10
     LIVENESS = 0x20
+    STOPS = 0x40
 
 
-CHECKS = Checks.COUNTER | Checks.ANSWERS | Checks.STATE | Checks.LIMITS | Checks.BEAM | Checks.LIVENESS
+CHECKS = ~Checks(0)
 
 
 class Monitor:

@@ -101,6 +101,37 @@ def test_any_sign_of_life_keeps_a_stream(device: Device, sign: str) -> None:
     assert ack_of(device, sender, *SLOW[:1], first=8).refusal == Refusal.NONE
 
 
+# ---- what is accepted ----
+
+
+@pytest.mark.alike(6)
+@pytest.mark.parametrize("how", ["datagram", "stream", "datagram in a job"])
+@pytest.mark.parametrize("length_s", [1.9, 2.0, 2.1, 30.0])
+def test_the_last_segment_is_executed_to_its_end(device: Device, length_s: float, how: str) -> None:
+    """However long it is: no motion that was accepted ends in a hold because its host has said all."""
+    last = segment(0, 1000, us=round(length_s * 1e6))
+    if how == "datagram in a job":
+        device.text("G1 X20 F1200\n")
+        device.run(0.3)
+    if how == "stream":
+        ack_of(device, open_stream(device, device.connect()), last)
+    else:
+        device.motion(last)
+    device.run(length_s + 0.5)
+    assert device.pulses[1] == 1000
+    assert not device.state.startswith("Hold")
+    assert "lost" not in device.heard()
+
+
+@pytest.mark.parametrize("length_s", [0.1, 2.0, 5.0])
+def test_motion_is_the_hosts_for_a_time_behind_its_end(device: Device, length_s: float) -> None:
+    device.motion(segment(100, us=round(length_s * 1e6)))
+    device.run(length_s + TIMEOUT_S - 0.1)
+    assert "[MSG:Remote host released motion]" not in device.heard()
+    device.run(0.2)
+    assert "[MSG:Remote host released motion]" in device.heard()
+
+
 # ---- $74 ----
 
 

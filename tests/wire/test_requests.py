@@ -40,6 +40,8 @@ from wificnc.wmc3.layout import (
 from wificnc.wmc3.packet import build
 from wire_device import OTHER, Device
 
+ROOT = Path(__file__).resolve().parents[2]
+
 # ---- requests ----
 
 
@@ -220,6 +222,20 @@ def test_commands_by_tcp_are_answered(device: Device) -> None:
     assert reason(device, client, Estop()) == Refusal.NONE
     assert reason(device, client, Jog(0, 1, 100)) == Refusal.LOCKED
     assert reason(device, client, Reset()) == Refusal.NONE
+
+
+@pytest.mark.parametrize("axes", [1, 2, 7])
+def test_homing_is_refused_for_its_true_reason(make_device: Callable[..., Device], axes: int) -> None:
+    device = make_device(settings={22: 1, 27: 250, 130: 200, 131: 200, 132: 200})
+    assert reason(device, device.connect(), Home(axes)) == Refusal.PULL_OFF
+
+
+def test_each_reason_against_homing_has_its_own_refusal() -> None:
+    """As the text side has an error for each."""
+    rows = re.findall(r"^REFUSAL\((\w+), (\w+), (\w+)\)", (ROOT / "core/machine/refusals.def").read_text(), re.M)
+    reasons = {"NO_HOMING", "PULL_OFF", "RACKS", "STALL_SLOW", "NO_STALL"}
+    assert {name: refusal for name, _, refusal in rows if name in reasons} == {name: name for name in reasons}
+    assert reasons <= set(Refusal.__members__)
 
 
 def test_damaged_requests_get_no_reply_and_unknown_ones_a_no(device: Device) -> None:

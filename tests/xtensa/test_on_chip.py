@@ -5,6 +5,7 @@ Here and not in tests/espsim, as it links the objects that this folder's tests c
 
 from __future__ import annotations
 
+import re
 import struct
 import subprocess
 import sys
@@ -20,7 +21,10 @@ from slow import slow_but
 from wificnc.chip.espsim import CPU_HZ, Chip, ChipFault, VirtualChip
 from wificnc.sim.run import SimOptions, simulate
 from xtensa import windows
+from xtensa.stack import RESERVE
 from xtensa.toolchain import NoToolchainError, Toolchain, find_toolchain
+
+TASK_MAP = Path(__file__).parents[2] / "targets/esp32/app/task_map.h"
 
 pytestmark = pytest.mark.slow  # compiles a program for the virtual chip
 
@@ -38,6 +42,19 @@ LINES = {
     "diagonal of four axes": "G91G1X10Y7Z3A1F2000\nX-10Y-7Z-3A-1",
     "dwell and back": "G1X5F1000\nG4P0.1\nX0\nG4P0.05\nY5",
 }
+# What goes deepest: computed lines, jogs, lists, curves, cycles, offsets.
+DEEP = """$$
+$#
+#1=[[[[1+2]*[3-[4/5]]]+SIN[30]]**2]
+#<_long>=[#1*ATAN[1]/[2]]
+G91G1X[#1/9]F2000
+G5X1Y1I0J1P0Q-1
+G2X2Y0I1J0F1500
+G83Z-2R1Q0.5F900
+G80
+G10L2P1X1
+G4P0.5
+$J=G91X1F500"""
 ARCS = "G2X10Y0I5J0F1500\nG3X0Y0I-5J0\nG18G2X5Z5I5K0"
 
 
@@ -101,6 +118,19 @@ def test_the_same_steps_as_the_pc_at_the_same_times(program: Built, tmp_path: Pa
     pc, (chip, _) = pc_trace(tmp_path, program, lines), chip_run(program, lines, 1000)
     same_events(pc, chip)
     assert np.abs(lateness_ns(pc, chip)).max() <= (CYCLES_PER_TICK + LATENCY_CYCLES) * NS_PER_CYCLE
+
+
+def test_the_stacks_high_water_mark(program: Built) -> None:
+    """Measured; test_firmware.py adds up the frames of each task. Both tasks are one here, and ESP-IDF's functions,
+    which RESERVE is for, are missing."""
+    sizes = dict(re.findall(r"(\w+)_TASK_STACK = (\d+)", TASK_MAP.read_text()))
+    size = int(sizes["CONTROLLER"])
+    with VirtualChip(program.kind) as chip:
+        running = Program(chip, program.kind, program.path, "\n".join((*SETTINGS, DEEP)) + "\n", 1000)
+        running.paint_stack(size)
+        running.run(30)
+        assert running.answers().count("ok") == len(SETTINGS) + len(DEEP.split("\n"))
+        assert 0 < running.stack_used() <= size - RESERVE
 
 
 @pytest.mark.parametrize("lines", LINES.values(), ids=LINES.keys())

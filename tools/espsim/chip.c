@@ -73,6 +73,12 @@ uint32_t chip_ccount(const struct esp *esp) {
     return (uint32_t)esp->cycles + esp->cpu->ccount_from;
 }
 
+/* Causes as the boot ROM numbers them: a timer group's watchdog, software, the RTC's watchdog, core 0. The
+ * manuals' chapter Reset and Clock: CPU reset; docs/espsim.md has the table. */
+bool chip_keeps_outputs(const struct esp *esp) {
+    return esp->reset_cause >= 11 && esp->reset_cause <= 14;
+}
+
 /* All parts as after a reset. */
 static void create_parts(struct esp *esp) {
     esp->block_count = 0;
@@ -182,7 +188,8 @@ void chip_reset(struct esp *esp, unsigned cause, const char *by) {
     chip_look(esp);
 }
 
-/* The chip starts from its flash again. Its RTC memory and its pins' drivers outside are as they were. */
+/* The chip starts from its flash again. Its RTC memory and its pins' drivers outside are as they were,
+ * and after a reset of the processors what makes the signals at its pins. */
 static void reset_now(struct esp *esp) {
     esp->resets = false;
     esp->reset_count++;

@@ -365,6 +365,9 @@ struct esp {
 /* chip.c */
 void chip_fault(struct esp *esp, const char *format, ...) __attribute__((format(printf, 2, 3)));
 void chip_note(struct esp *esp, const char *format, ...) __attribute__((format(printf, 2, 3)));
+/** This start follows a reset of the processors alone: what works by itself next to them has kept its state.
+ */
+bool chip_keeps_outputs(const struct esp *esp);
 void chip_look(struct esp *esp); /* after anything that may change who interrupts, or when */
 bool chip_grow(void *array, size_t *room, size_t count, size_t size);
 const char *chip_place(const struct esp *esp, uint32_t address,

@@ -302,11 +302,13 @@ static uint32_t load(struct esp *esp, uint32_t offset) {
 void gpio_create(struct esp *esp) {
     struct gpio *gpio = &esp->gpio;
     const struct gpio before = *gpio;
+    bus_add(esp, &(struct block){"GPIO", esp->chip == ES_ESP32 ? 0x3FF44000 : 0x60004000, BLOCK_SIZE, load,
+                                 store, NULL});
+    if (chip_keeps_outputs(esp))
+        return;
     memset(gpio, 0, sizeof *gpio);
     memcpy(gpio->driven, before.driven, sizeof gpio->driven);
     memcpy(gpio->drive, before.drive, sizeof gpio->drive);
-    bus_add(esp, &(struct block){"GPIO", esp->chip == ES_ESP32 ? 0x3FF44000 : 0x60004000, BLOCK_SIZE, load,
-                                 store, NULL});
     for (unsigned pin = 0; pin < ES_PINS; pin++)
         gpio->routed[pin] = SIGNAL_GPIO;
     for (unsigned bank = 0; bank < 2; bank++) {

@@ -200,10 +200,12 @@ static uint32_t load(struct esp *esp, uint32_t offset) {
 }
 
 void i2s_create(struct esp *esp) {
-    memset(&esp->i2s, 0, sizeof esp->i2s);
+    if (!chip_keeps_outputs(esp)) {
+        memset(&esp->i2s, 0, sizeof esp->i2s);
+        *word_at(&esp->i2s, FIFO_CONF) = FIFO_BY_DMA;
+    }
     if (esp->chip != ES_ESP32)
         return;
-    *word_at(&esp->i2s, FIFO_CONF) = FIFO_BY_DMA;
     bus_add(esp, &(struct block){"I2S0", 0x3FF4F000, 0x100, load, store, NULL});
     gpio_has_signals(esp, BCK_SIGNAL, 1);
     gpio_has_signals(esp, WS_SIGNAL, 1);

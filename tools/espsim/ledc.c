@@ -305,8 +305,8 @@ static uint32_t load(struct esp *esp, uint32_t offset) {
 }
 
 void ledc_create(struct esp *esp) {
-    memset(&esp->ledc, 0, sizeof esp->ledc);
-    esp->ledc.due = NEVER;
+    if (!chip_keeps_outputs(esp))
+        esp->ledc = (struct ledc){.due = NEVER};
     bus_add(esp, &(struct block){"LEDC", is_s3(esp) ? 0x60019000 : 0x3FF59000, 0x200, load, store, NULL});
     gpio_has_signals(esp, is_s3(esp) ? 73 : 71, channels_of(esp));
 }

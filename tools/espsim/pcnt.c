@@ -215,13 +215,18 @@ static uint32_t load(struct esp *esp, uint32_t offset) {
     return offset == control_at(esp) ? pcnt->control : 0;
 }
 
-void pcnt_create(struct esp *esp) {
+static void reset(struct esp *esp) {
     struct pcnt *pcnt = &esp->pcnt;
     memset(pcnt, 0, sizeof *pcnt);
     pcnt->due = NEVER;
     pcnt->control = 0x5555 & ((1u << 2 * units_of(esp)) - 1);
     for (unsigned number = 0; number < units_of(esp); number++)
         pcnt->unit[number].conf[0] = 0x3C10;
+}
+
+void pcnt_create(struct esp *esp) {
+    if (!chip_keeps_outputs(esp))
+        reset(esp);
     bus_add(esp, &(struct block){"PCNT", esp->chip == ES_ESP32 ? 0x3FF57000 : 0x60017000, 0x100, load, store,
                                  NULL});
 }

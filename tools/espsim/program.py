@@ -26,6 +26,7 @@ REAL = (
 SHIFTED = ("targets/esp32/hal/step_shift.c", "targets/esp32/hal/shift_i2s.c")
 LEVEL5_VECTOR, USER_VECTOR, START = 0x240, 0x340, 0x380
 STACK_BASE = 64
+STACK_PAINT = b"\xa5"
 PS_UM, PS_WOE = 0x20, 0x40000
 SAME_EVENT = 100  # cycles in which edges belong to one step event
 CCOMPARE0 = 240
@@ -72,7 +73,8 @@ class Program:
         vectors = bare.PLACES[kind].vectors
         self.step_interrupt = Level()  # after run()
         self.misses = 0  # of the core of the steps, likewise
-        stack_end = self._load(program, image)
+        self._stack_end = stack_end = self._load(program, image)
+        self._painted = 0  # bytes below it
         self._wire()
         chip.write(vectors, c.window_vectors())
         step_vector = c.wsr(0, c.EXCSAVE1 + 4)
@@ -123,6 +125,16 @@ class Program:
                 self.misses = self.chip.core(self.number("two_cores")).misses
                 return
         raise TimeoutError(self.answers())
+
+    def paint_stack(self, size: int) -> None:
+        """Before run(): so many bytes that stack_used() looks at."""
+        self._painted = size
+        self.chip.write(self._stack_end - size, STACK_PAINT * (size - 2 * STACK_BASE))
+
+    def stack_used(self) -> int:
+        """Bytes from its end to the lowest that was written since paint_stack()."""
+        left = self.chip.read(self._stack_end - self._painted, self._painted)
+        return len(left.lstrip(STACK_PAINT))
 
     def _work(self, cycles: int) -> None:
         self.chip.run(cycles)

@@ -240,7 +240,7 @@ static uint32_t load(struct esp *esp, uint32_t offset) {
     return offset <= DATE ? rmt->rest[offset / 4] : 0;
 }
 
-void rmt_create(struct esp *esp) {
+static void reset(struct esp *esp) {
     struct rmt *rmt = &esp->rmt;
     memset(rmt, 0, sizeof *rmt);
     rmt->due = NEVER;
@@ -250,6 +250,11 @@ void rmt_create(struct esp *esp) {
     }
     if (is_s3(esp))
         rmt->conf = S3_CLOCK_APB << 24 | 1 << 4;
+}
+
+void rmt_create(struct esp *esp) {
+    if (!chip_keeps_outputs(esp))
+        reset(esp);
     bus_add(esp, &(struct block){"RMT", is_s3(esp) ? 0x60016000 : 0x3FF56000, MEMORY + 4 * RMT_WORDS, load,
                                  store, NULL});
     gpio_has_signals(esp, of(esp)->signal, of(esp)->channels);

@@ -13,6 +13,7 @@ from lint import external
 from lint.callers import check_callers
 from lint.changes import check_changes
 from lint.circles import check_circles, check_firmware
+from lint.copies import check_copies
 from lint.encodings import check_encodings
 from lint.english import check_english
 from lint.house import check_house
@@ -31,6 +32,7 @@ LINTS: dict[str, tuple[str, Lint]] = {
     "firmware": ("a firmware calls each file", check_firmware),
     "house": ("sizes, file heads, leftovers", check_house),
     "changes": ("changes for users, two sentences", check_changes),
+    "copies": ("large structures stay where they are", check_copies),
     "encodings": ("text of files is UTF-8", check_encodings),
     "settings": ("settings by name, not by number", check_settings),
     "english": ("plain English for users", check_english),

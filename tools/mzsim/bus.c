@@ -1,14 +1,20 @@
 /* SPDX-License-Identifier: MIT
- * Addresses: KSEG0 and KSEG1 are the same 512 MB; nothing else is mapped, there is no TLB here. */
+ * Addresses: KSEG0 and KSEG1 are the same 512 MB. All others go through the TLB, whose entries are never
+ * valid here. */
 #include "chip.h"
 
 #include <string.h>
 
-static bool is_mapped(struct chip *chip, uint32_t address, const char *what) {
+static bool is_mapped(struct chip *chip, uint32_t address, enum exception_code code) {
     if (address >> 30 == 2)
         return true;
-    chip_fault(chip, "%s at %08x, which is not mapped, by the instruction at %08x", what, address,
-               chip->cpu.at);
+    if (chip->cpu.tlb_written != (1u << TLB_ENTRIES) - 1) {
+        chip_fault(chip, "access to %08x by the instruction at %08x, and the TLB was never written", address,
+                   chip->cpu.at);
+        return false;
+    }
+    chip->cpu.bad_address = address;
+    cpu_exception(chip, code, (chip->cpu.status & STATUS_EXL) != 0 ? 0x180 : 0);
     return false;
 }
 
@@ -25,7 +31,7 @@ static uint8_t *memory(struct chip *chip, uint32_t physical) {
 
 uint32_t bus_load(struct chip *chip, uint32_t address, unsigned size) {
     uint32_t physical = address & 0x1FFFFFFFu, value = 0;
-    if (!is_mapped(chip, address, "load"))
+    if (!is_mapped(chip, address, EXCEPTION_TLB_LOAD))
         return 0;
     if (physical - SFR_BASE < 0x100000u) {
         timing_register(chip, false);
@@ -47,7 +53,7 @@ uint32_t bus_load(struct chip *chip, uint32_t address, unsigned size) {
 
 void bus_store(struct chip *chip, uint32_t address, uint32_t value, unsigned size) {
     uint32_t physical = address & 0x1FFFFFFFu;
-    if (!is_mapped(chip, address, "store"))
+    if (!is_mapped(chip, address, EXCEPTION_TLB_STORE))
         return;
     if (physical - SFR_BASE < 0x100000u) {
         chip_catch_up(chip);
@@ -63,7 +69,10 @@ void bus_store(struct chip *chip, uint32_t address, uint32_t value, unsigned siz
 uint32_t bus_fetch(struct chip *chip, uint32_t address) {
     uint32_t value = 0;
     const uint8_t *at = memory(chip, address & 0x1FFFFFFFu);
-    if ((address & 3) != 0 || at == NULL || address >> 30 != 2) {
+    chip->cpu.broken = false;
+    if (!is_mapped(chip, address, EXCEPTION_TLB_LOAD))
+        return 0;
+    if ((address & 3) != 0 || at == NULL) {
         chip_fault(chip, "the program runs to %08x, from %08x", address, chip->cpu.r[31]);
         chip->cpu.broken = true;
         return 0;

@@ -113,9 +113,12 @@ const uint8_t *mz_flash(const struct chip *chip) {
     return (const uint8_t *)chip->flash;
 }
 
+enum { RCON_POR = 1 << 0, RCON_BOR = 1 << 1 };
+
 static void reset(struct chip *chip, uint32_t why) {
+    const uint32_t causes = (why & RCON_POR) != 0 ? 0 : chip->rcon->value; /* until they are cleared */
     sfr_reset(chip);
-    chip->rcon->value = why;
+    chip->rcon->value = causes | why;
     cpu_reset(chip);
     system_reset(chip);
     timers_reset(chip);
@@ -130,7 +133,12 @@ static void reset(struct chip *chip, uint32_t why) {
 void mz_reset(struct chip *chip) {
     chip->stop = MZ_TIME;
     chip->fault[0] = '\0';
-    reset(chip, 3); /* POR, BOR */
+    reset(chip, RCON_POR | RCON_BOR);
+}
+
+void mz_reset_by(struct chip *chip, uint32_t causes) {
+    chip->resets++;
+    reset(chip, causes);
 }
 
 void chip_restart(struct chip *chip, uint32_t why) {
@@ -146,29 +154,23 @@ static uint64_t soonest(uint64_t a, uint64_t b) {
 }
 
 static uint64_t next_drive(const struct chip *chip) {
-    uint64_t next = NEVER;
-    for (unsigned i = 0; i < chip->drive_count; i++)
-        next = soonest(next, chip->drives[i].cycle);
-    return next;
+    return chip->drive_count > 0 ? chip->drives[chip->drive_count - 1].cycle : NEVER;
 }
 
 static void drive_due(struct chip *chip) {
-    for (unsigned i = 0; i < chip->drive_count;) {
-        struct drive drive = chip->drives[i];
-        if (drive.cycle > chip->cycles) {
-            i++;
-            continue;
-        }
-        memmove(&chip->drives[i], &chip->drives[i + 1], (--chip->drive_count - i) * sizeof drive);
+    while (next_drive(chip) <= chip->cycles) {
+        struct drive drive = chip->drives[--chip->drive_count];
         mz_pin_drive(chip, drive.pin, drive.level);
     }
 }
 
 bool mz_pin_drive_at(struct chip *chip, uint64_t cycle, unsigned pin, int level) {
-    if (chip->drive_count == sizeof chip->drives / sizeof chip->drives[0] || pin >= MZ_PIN_COUNT)
+    if (chip->drive_count == DRIVES_MAX || pin >= MZ_PIN_COUNT)
         return false;
-    chip->drives[chip->drive_count++] =
-        (struct drive){.cycle = cycle, .pin = (uint8_t)pin, .level = (int8_t)level};
+    unsigned at = chip->drive_count++;
+    for (; at > 0 && chip->drives[at - 1].cycle <= cycle; at--)
+        chip->drives[at] = chip->drives[at - 1];
+    chip->drives[at] = (struct drive){.cycle = cycle, .pin = (uint8_t)pin, .level = (int8_t)level};
     chip_look(chip);
     return true;
 }

@@ -22,6 +22,7 @@ enum {
     RAM_SIZE = 512 << 10,
     BOOT_SIZE = 0x10000, /* lower boot alias */
     REGISTER_SETS = 8,
+    TLB_ENTRIES = 16,
     SFR_SLOTS = 0x10000, /* registers lie 16 bytes apart in 1 MB */
     SFR_MAX = 640,
     IRQ_COUNT = 216,
@@ -29,6 +30,7 @@ enum {
     TIMERS = 10, /* 2 .. 9 are used */
     COMPARES = 10,
     EDGES_MAX = 1 << 16,
+    DRIVES_MAX = 1 << 12,
     UART_FIFO = 8,
 };
 
@@ -41,12 +43,15 @@ enum {
     STATUS_IE = 1 << 0,
     STATUS_EXL = 1 << 1,
     STATUS_ERL = 1 << 2,
+    STATUS_NMI = 1 << 19,
     STATUS_BEV = 1 << 22,
     STATUS_FR = 1 << 26,
     STATUS_CU1 = 1 << 29,
 };
 enum exception_code {
     EXCEPTION_INTERRUPT = 0,
+    EXCEPTION_TLB_LOAD = 2,
+    EXCEPTION_TLB_STORE = 3,
     EXCEPTION_ADDRESS_LOAD = 4,
     EXCEPTION_ADDRESS_STORE = 5,
     EXCEPTION_SYSCALL = 8,
@@ -79,6 +84,9 @@ struct cpu {
     bool broken;        /* the present instruction met an exception */
     uint32_t hi, lo, fcsr;
     uint32_t status, cause, epc, error_epc, ebase, intctl, srsctl, config, compare, bad_address;
+    uint32_t tlb_index, tlb_low[2], tlb_mask, tlb_high;
+    uint32_t tlb[TLB_ENTRIES]; /* pages that entries are for, none of them valid */
+    uint32_t tlb_written;      /* bit for each: a power-on leaves it unknown */
     uint64_t f[32];
     uint32_t set[REGISTER_SETS][32];
 };
@@ -213,14 +221,15 @@ struct chip {
     unsigned depth;
     /* peripherals */
     unsigned syskey;
-    struct sfr *cfgcon, *pb2div, *pb3div, *rcon, *rswrst, *wdtcon;
+    struct sfr *cfgcon, *pb2div, *pb3div, *rcon, *rswrst, *wdtcon, *osccon, *rnmicon;
+    bool oscillator; /* works */
     uint64_t wdt_at, core_timer_at;
     struct timer timer[TIMERS];
     struct compare compare[COMPARES];
     struct uart uart, bus;
     struct port port[PORTS];
     struct nvm nvm;
-    struct drive drives[64];
+    struct drive drives[DRIVES_MAX]; /* the next one last */
     unsigned drive_count;
     struct bench bench;
     struct mz_edge *edges;
@@ -241,6 +250,7 @@ void cpu_run(struct chip *chip);
 /* exception.c */
 void cpu_reset(struct chip *chip);
 void cpu_interrupt(struct chip *chip);
+void cpu_nmi(struct chip *chip);
 void cpu_exception(struct chip *chip, enum exception_code code, uint32_t vector);
 /* fpu.c */
 void cpu_cop1(struct chip *chip, uint32_t word);
@@ -287,6 +297,7 @@ void system_create(struct chip *chip);
 void system_reset(struct chip *chip);
 void system_event(struct chip *chip);
 uint64_t system_next(const struct chip *chip);
+bool system_is_on_backup(const struct chip *chip); /* MZ_BACKUP_HZ, not MZ_CPU_HZ */
 void system_set_compare(struct chip *chip, uint32_t value);
 uint32_t system_bus_cycles(const struct chip *chip, const struct sfr *pbdiv); /* in a tick of a bus */
 uint32_t system_count(const struct chip *chip);                               /* CP0 Count */

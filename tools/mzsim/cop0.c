@@ -5,6 +5,16 @@
 /* The registers by 8 * number + select. */
 static uint32_t *plain_register(struct cpu *cpu, unsigned number) {
     switch (number) {
+    case 8 * 0:
+        return &cpu->tlb_index;
+    case 8 * 2:
+        return &cpu->tlb_low[0];
+    case 8 * 3:
+        return &cpu->tlb_low[1];
+    case 8 * 5:
+        return &cpu->tlb_mask;
+    case 8 * 10:
+        return &cpu->tlb_high;
     case 8 * 8:
         return &cpu->bad_address;
     case 8 * 11:
@@ -65,6 +75,19 @@ static void move_to(struct chip *chip, uint32_t word) {
     chip_look(chip);
 }
 
+/* Entries that map something are not known here, and two for one page are a machine check. */
+static void write_tlb(struct chip *chip) {
+    struct cpu *cpu = &chip->cpu;
+    unsigned index = cpu->tlb_index % TLB_ENTRIES;
+    if (((cpu->tlb_low[0] | cpu->tlb_low[1]) & 2u) != 0)
+        chip_fault(chip, "a valid entry of the TLB, written at %08x, is not known here", cpu->at);
+    for (unsigned i = 0; i < TLB_ENTRIES; i++)
+        if (i != index && (cpu->tlb_written >> i & 1u) != 0 && cpu->tlb[i] == cpu->tlb_high >> 13)
+            chip_fault(chip, "two entries of the TLB for one page, written at %08x", cpu->at);
+    cpu->tlb[index] = cpu->tlb_high >> 13;
+    cpu->tlb_written |= 1u << index;
+}
+
 static void return_from_exception(struct chip *chip) {
     struct cpu *cpu = &chip->cpu;
     if ((cpu->status & STATUS_ERL) != 0) {
@@ -107,6 +130,8 @@ void cpu_cop0(struct chip *chip, uint32_t word) {
     unsigned from = word >> 16 & 31, to = word >> 11 & 31;
     if (word == 0x42000018u)
         return_from_exception(chip);
+    else if (word == 0x42000002u)
+        write_tlb(chip);
     else if ((word & 0xFE00003Fu) == 0x42000020u)
         wait_for_interrupt(chip);
     else if (word >> 21 == 0x200)

@@ -236,8 +236,9 @@ static void run_alone(struct chip *chip) {
     struct op ops[2] = {{.kind = OP_LEAVE}, {.kind = OP_LEAVE}};
     struct code here = {ops, chip->cpu.pc, 4};
     chip->cpu.at = chip->cpu.pc;
+    chip->cpu.in_slot = chip->cpu.slot;
     uint32_t word = bus_fetch(chip, chip->cpu.pc);
-    if (chip->stop == MZ_FAULT)
+    if (chip->cpu.broken || chip->stop == MZ_FAULT)
         return;
     decode(&ops[0], word);
     run(chip, &here, chip->cycles + 1);

@@ -28,9 +28,11 @@ void cpu_exception(struct chip *chip, enum exception_code code, uint32_t vector)
     uint32_t base = (cpu->status & STATUS_BEV) != 0 ? 0xBFC00200u : cpu->ebase & 0xFFFFF000u;
     if ((cpu->status & STATUS_BEV) != 0)
         chip_fault(chip, "exception %u at %08x before there are vectors", (unsigned)code, cpu->at);
+    const bool nested = (cpu->status & STATUS_EXL) != 0;
     enter(cpu, cpu->at, cpu->in_slot);
     cpu->cause = (cpu->cause & ~0x7Cu) | (uint32_t)code << 2;
-    use_set(cpu, cpu->srsctl >> 12 & 15); /* ESS */
+    if (!nested)
+        use_set(cpu, cpu->srsctl >> 12 & 15); /* ESS */
     go_to(cpu, base + vector);
     cpu->broken = true;
 }
@@ -47,6 +49,16 @@ void cpu_interrupt(struct chip *chip) {
     chip->running[chip->depth % REGISTER_SETS] = chip->irq;
     chip->began[chip->depth % REGISTER_SETS] = chip->cycles - chip->asleep;
     chip->depth++;
+}
+
+/* The register set, RAM and all peripherals stay as they are. */
+void cpu_nmi(struct chip *chip) {
+    struct cpu *cpu = &chip->cpu;
+    cpu->error_epc = cpu->slot ? cpu->pc - 4 : cpu->pc;
+    cpu->status |= STATUS_BEV | STATUS_ERL | STATUS_NMI;
+    cpu->waits = false;
+    go_to(cpu, 0xBFC00000u);
+    chip_look(chip);
 }
 
 void cpu_reset(struct chip *chip) {

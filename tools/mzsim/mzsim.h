@@ -13,6 +13,7 @@
 
 struct chip;
 
+enum { MZ_BACKUP_HZ = 8000000 };
 enum { MZ_CPU_HZ = 200000000, MZ_PIN_COUNT = 112, MZ_FLASH_SIZE = 2 << 20, MZ_AXES = 6 };
 
 /** Why mz_run() came back. */
@@ -35,6 +36,15 @@ const uint8_t *mz_flash(const struct chip *chip);
 
 /** Power-on. RAM keeps its contents; time continues. */
 void mz_reset(struct chip *chip);
+
+/** A reset by another cause: the reset pin, a brown-out, the deadman timer. RAM keeps its contents. @param
+ * causes bits of RCON (Register 6-1), which stay set until the program clears them */
+void mz_reset_by(struct chip *chip, uint32_t causes);
+
+/** The oscillator stops, or works again. The clock monitor goes over to MZ_BACKUP_HZ and raises an NMI; every
+ * other clock is slower by as much, so that a cycle is 125 ns, and bytes of the console at a wrong rate are
+ * rubbish. */
+void mz_oscillator(struct chip *chip, bool works);
 
 /** Cycles since mz_create(). */
 uint64_t mz_cycles(const struct chip *chip);
@@ -99,7 +109,8 @@ void mz_bus_driver(struct chip *chip, unsigned pin);
 /** Drive a pin from outside. @param level  0, 1, or -1: no one does, pulls decide */
 void mz_pin_drive(struct chip *chip, unsigned pin, int level);
 
-/** At a time: mz_pin_drive() then. @return false: 64 wait already */
+/** At a time: mz_pin_drive() then, in the order of times, and of calls for one time. @return false: 4,096
+ * wait already, or there is no such pin */
 bool mz_pin_drive_at(struct chip *chip, uint64_t cycle, unsigned pin, int level);
 
 /** Level now, 0 or 1. */

@@ -84,8 +84,8 @@ static void written_rpr(struct chip *chip, struct sfr *sfr, uint32_t before) {
     (void)before;
     if (!known)
         chip_fault(chip, "%s = %u is not modelled", sfr->name, (unsigned)sfr->value);
-    if (sfr->value != 0)
-        port->function = (uint16_t)(port->function | 1u << pin % 16);
+    const uint16_t bit = (uint16_t)(1u << pin % 16);
+    port->function = (uint16_t)(sfr->value != 0 ? port->function | bit : port->function & ~bit);
     port_update(chip, pin / 16);
 }
 

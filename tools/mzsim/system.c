@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT
- * SYSKEY, bus clocks, watchdog, resets and the core timer. */
+ * SYSKEY, oscillators, bus clocks, watchdog, resets and the core timer. */
 #include "chip.h"
 
 enum { WDT_ON = 1 << 15, RCON_SWR = 1 << 6, RCON_WDTO = 1 << 4 };
+enum { OSCCON_PLL = 0x1100, OSCCON_BACKUP = 0x6100 | 1 << 3 /* CF */, RNMICON_CF = 1 << 17 };
 
 #define WDT_CYCLES  ((uint64_t)MZ_CPU_HZ * 2048 / 1000) /* DEVCFG1.WDTPS = 1:2048 of 1 ms */
 #define WDT_CLEAR   0x5743u
@@ -45,7 +46,8 @@ static void written_wdtcon(struct chip *chip, struct sfr *sfr, uint32_t before) 
     if ((sfr->value & WDT_ON) == 0)
         chip->wdt_at = NEVER;
     else if (sfr->value >> 16 == WDT_CLEAR || chip->wdt_at == NEVER)
-        chip->wdt_at = chip->cycles + WDT_CYCLES * chip->speed;
+        chip->wdt_at = chip->cycles +
+                       WDT_CYCLES * chip->speed / (system_is_on_backup(chip) ? MZ_CPU_HZ / MZ_BACKUP_HZ : 1);
     sfr->value &= 0xFFFFu;
 }
 
@@ -57,11 +59,29 @@ void system_set_compare(struct chip *chip, uint32_t value) {
     chip->core_timer_at = (chip->cycles / tick + (left == 0 ? (uint64_t)1 << 32 : left)) * tick;
 }
 
+bool system_is_on_backup(const struct chip *chip) {
+    return (chip->osccon->value & 0x7000u) == (OSCCON_BACKUP & 0x7000u);
+}
+
+/* The clock monitor (DEVCFG1.FCKSM). A clock that works again is used from the next reset on. */
+void mz_oscillator(struct chip *chip, bool works) {
+    const bool fails = chip->oscillator && !works;
+    chip->oscillator = works;
+    if (!fails)
+        return;
+    chip->osccon->value = OSCCON_BACKUP;
+    chip->rnmicon->value |= RNMICON_CF;
+    cpu_nmi(chip);
+}
+
 void system_create(struct chip *chip) {
+    chip->oscillator = true;
+    chip->osccon = sfr_add(chip, "OSCCON", 0x1F801200, OSCCON_PLL, 0);
+    chip->rnmicon = sfr_add(chip, "RNMICON", 0x1F801260, 0, 0x03AB00FF);
     chip->cfgcon = sfr_add(chip, "CFGCON", 0x1F800000, 0x0000000B, 0x0003B7AF);
     struct sfr *syskey = sfr_add(chip, "SYSKEY", 0x1F800030, 0, 0xFFFFFFFF);
     chip->wdtcon = sfr_add(chip, "WDTCON", 0x1F800800, 0, 0xFFFF8001);
-    chip->rcon = sfr_add(chip, "RCON", 0x1F801240, 3, 0x3DF);
+    chip->rcon = sfr_add(chip, "RCON", 0x1F801240, 3, 0xCC0003FF);
     chip->rswrst = sfr_add(chip, "RSWRST", 0x1F801250, 0, 1);
     chip->pb2div = sfr_add(chip, "PB2DIV", 0x1F801310, 0x8801, 0x807F);
     chip->pb3div = sfr_add(chip, "PB3DIV", 0x1F801320, 0x8801, 0x807F);
@@ -77,6 +97,8 @@ void system_create(struct chip *chip) {
 }
 
 void system_reset(struct chip *chip) {
+    if (!chip->oscillator)
+        chip->osccon->value = OSCCON_BACKUP;
     chip->syskey = 0;
     chip->wdt_at = NEVER;
     chip->core_timer_at = NEVER;

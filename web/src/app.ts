@@ -12,11 +12,13 @@ import { settingNumber } from "./tables";
 import { t } from "./words";
 
 const THEME_KEY = "wificnc.theme";
+const KNOWN_KEY = "wificnc.known";
 const HELD = new Set(["Hold", "Tool", "Door"]);
 
 export const controller = new Controller();
 export const job = new JobRunner(controller);
 controller.mayAsk = () => !job.active.peek();
+controller.memory = { load: () => stored(KNOWN_KEY), save: (text) => store(KNOWN_KEY, text) };
 export const preflight = new PreflightRunner();
 
 /** What this page is doing with lines of its own, in words, such as a macro; "": nothing. */
@@ -34,6 +36,8 @@ export const noLines = computed(() => {
   if (HELD.has(controller.state.value)) return t`The machine is in a hold: press Resume, or Reset to discard the rest.`;
   return "";
 });
+/** Why nothing may move to a place that was set before; "": it may. */
+export const noPlace = computed(() => (controller.positionLost.value ? t`The position is lost: home the machine or set a new zero first.` : ""));
 /** The same of what needs a machine at rest: also one in an alarm, and an idle one only. */
 export const noHoming = computed(() => noLines.value || unlessIn("Idle", "Alarm"));
 export const noMotion = computed(() => noLines.value || (controller.operates.value ? unlessAtRest() : unlessIn("Idle")));
@@ -51,6 +55,10 @@ function unlessIn(...states: string[]): string {
 
 const MM_PER_INCH = 25.4;
 const REPORTS_IN_INCHES = settingNumber("report_inches");
+
+let shownAxes = 3;
+/** Axes whose rows and buttons are shown: those of the last machine stay while the next one has not reported, and nothing moves. */
+export const axesShown = computed(() => (shownAxes = controller.axisCount.value || shownAxes));
 
 /** The state of the connected machine before a job, once it has said all of it. */
 export const standing = computed<Standing>(() => {

@@ -1,9 +1,10 @@
 /** Keeps the job of the page over a reload: text and place in, and what was kept out again. It starts nothing. */
 import { effect, signal, untracked } from "@preact/signals";
-import { attempt, controller, job, store, stored } from "./app";
-import { forgetKept, keepJob, keepPlace, readKept, type KeptJob, type KeptPlace } from "./job/kept";
+import { attempt, controller, fail, job, store, stored } from "./app";
+import { DamagedError, forgetDamaged, forgetKept, keepJob, keepPlace, readKept, type KeptJob, type KeptPlace } from "./job/kept";
 import { readProgram } from "./job/program";
-import type { JobState } from "./job/runner";
+import { INTERRUPTED, type JobState } from "./job/runner";
+import { Tabs } from "./job/tabs";
 import { t } from "./words";
 
 /** Why a reload loses the job; "": it does not. */
@@ -13,9 +14,12 @@ export const notKept = signal("");
 const CLOSED = "wificnc-closed-job";
 
 let kept: KeptJob | null = null;
+/** The job of another tab, which this one leaves alone; "": none. */
+let others = "";
+const tabs = new Tabs((id) => kept?.id === id);
 
 function place(): KeptPlace {
-  return { id: kept!.id, line: job.resumeLine.peek(), state: job.state.peek(), why: job.why.peek(), machine: controller.linkName.peek() };
+  return { id: kept!.id, line: job.resumeLine.peek(), state: job.state.peek(), why: job.why.peek(), machine: controller.linkName.peek(), start: controller.startId.peek() };
 }
 
 async function written(work: Promise<void>): Promise<void> {
@@ -29,7 +33,7 @@ function followProgram(): void {
   const program = job.program.value;
   if (program && program.source !== kept?.source) {
     kept = { id: `${Date.now()}-${Math.random()}`, name: program.name, source: program.source };
-    void written(keepJob(kept, untracked(place)));
+    void keepUnlessOthers(kept);
   } else if (!program && kept) {
     store(CLOSED, kept.id);
     void written(forgetKept(kept.id));
@@ -37,27 +41,49 @@ function followProgram(): void {
   }
 }
 
+async function keepUnlessOthers(text: KeptJob): Promise<void> {
+  if (others && (await tabs.elsewhere(others))) {
+    notKept.value = t`Another tab of this browser keeps its job`;
+    return;
+  }
+  others = "";
+  if (kept === text) await written(keepJob(text, untracked(place)));
+}
+
 /** At each report that names another line: one that was not written any more cuts a line again, and leaves none out. */
 function followPlace(): void {
   void [job.state.value, job.resumeLine.value];
-  if (kept) void written(keepPlace(place(), job.active.peek() ? kept : null));
+  if (kept && !others) void written(keepPlace(place(), job.active.peek() ? kept : null));
 }
 
 const UNDER_WAY = new Set(["running", "stopping"]);
-const ENDED = new Set(["lost", "stopped", "failed", "left"]);
 
-function restore(text: KeptJob, { state, line, why, machine }: KeptPlace): void {
+function restore(text: KeptJob, { state, line, why, machine, start }: KeptPlace): void {
   const program = readProgram(text.name, text.source);
   kept = text;
   if (UNDER_WAY.has(state)) job.restore(program, "left", line, t`It was being sent to ${machine}; line ${line} was being executed at the last report.`);
-  else job.restore(program, ENDED.has(state) ? (state as JobState) : "ready", line, why);
+  else job.restore(program, INTERRUPTED.has(state as JobState) ? (state as JobState) : "ready", line, why);
+  controller.expectStart(start ?? "");
 }
 
-/** Bring back what was kept, unless a job was loaded meanwhile; and keep from now on. */
+async function found(): Promise<{ job: KeptJob; place: KeptPlace } | null> {
+  try {
+    return await readKept();
+  } catch (error) {
+    notKept.value = error instanceof DamagedError ? "" : String(error);
+    if (!(error instanceof DamagedError)) return null;
+    fail(error);
+    await written(forgetDamaged());
+    return null;
+  }
+}
+
+/** Bring back what was kept, unless a job was loaded meanwhile or another tab has it; and keep from now on. */
 export async function startKeeping(): Promise<void> {
-  const found = await readKept().catch((error: unknown) => void (notKept.value = String(error)));
-  if (found?.job.id === stored(CLOSED)) void written(forgetKept(found!.job.id));
-  else if (found && !job.program.peek()) await attempt(async () => restore(found.job, found.place));
+  const old = await found();
+  if (old && (await tabs.elsewhere(old.job.id))) others = old.job.id;
+  else if (old?.job.id === stored(CLOSED)) void written(forgetKept(old!.job.id));
+  else if (old && !job.program.peek()) await attempt(async () => restore(old.job, old.place));
   effect(followProgram);
   effect(followPlace);
 }

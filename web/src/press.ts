@@ -13,7 +13,7 @@ export const PLACE_MS = 3000;
 const NEAR_PX = 20;
 const STILL_PX = 4;
 
-export interface Point {
+interface Point {
   x: number;
   y: number;
 }

@@ -8,11 +8,12 @@ export const HANG = { timeout: 120_000 };
 
 export class Board implements Transport {
   readonly name = "a test";
-  readonly isSerial = true;
   sent = "";
   /** Reports that were asked for and not made yet. */
   private asked = 0;
   private events: TransportEvents | null = null;
+
+  constructor(readonly isSerial = true) {}
 
   async open(events: TransportEvents): Promise<void> {
     this.events = events;
@@ -21,7 +22,7 @@ export class Board implements Transport {
   async write(bytes: Uint8Array): Promise<void> {
     const text = new TextDecoder("latin1").decode(bytes);
     this.asked += text.split("?").length - 1;
-    this.sent += text.replaceAll("?", "");
+    this.sent += text.replaceAll(/[?\x87]/g, "");
   }
   async close(): Promise<void> {}
 
@@ -51,8 +52,7 @@ export class Board implements Transport {
 }
 
 /** Connected, and past the questions of the beginning. */
-export async function connect(controller = new Controller()): Promise<{ board: Board; controller: Controller }> {
-  const board = new Board();
+export async function connect(controller = new Controller(), board = new Board()): Promise<{ board: Board; controller: Controller }> {
   const open = controller.connect(board);
   for (const line of ["$I", "$$", "$#", "$G"]) {
     await turn();

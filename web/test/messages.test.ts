@@ -1,5 +1,5 @@
 import { describe, expect, it } from "vitest";
-import { LineSplitter, parse, receiveBuffer } from "../src/link/messages";
+import { LineSplitter, modesNow, parse, receiveBuffer } from "../src/link/messages";
 
 const bytes = (text: string): Uint8Array => new TextEncoder().encode(text);
 
@@ -68,4 +68,17 @@ describe("LineSplitter", () => {
 it("finds the receive buffer in [OPT:]", () => {
   expect(receiveBuffer("V,15,128")).toBe(128);
   expect(receiveBuffer("V")).toBeNull();
+});
+
+describe("the modes of the last $G, in a program that has changed the spindle since", () => {
+  it.each([
+    ["M5", "SF", 8000, "M3"],
+    ["M5", "C", 8000, "M4"],
+    ["M3", "C", 500, "M4"],
+    ["M3", "", 0, "M5"],
+    ["M3", "", 500, "M3"], // no report has named the accessories yet
+    ["M5", "", 0, "M5"],
+  ])("%s with A:%s at %i rpm is %s", (last, accessories, rpm, now) => {
+    expect(modesNow(`G0 G54 ${last} M9 T0 F0 S0`, accessories, rpm)).toBe(`G0 G54 ${now} M9 T0 F0 S0`);
+  });
 });

@@ -16,6 +16,11 @@ it("reads what `$$` prints, and what other senders save of it", () => {
   expect([...importText(text)]).toEqual([[0, "10"], [110, "5000.000"], [120, "400"]]);
 });
 
+it.each(["Grbl 1.1h ['$' for help]", "GrblHAL 1.1f ['$' or '$HELP' for help]", "ALARM:1", "> $$", "[MSG:Check Limits]", "<Idle|MPos:0,0,0>"])(
+  "passes over what a terminal shows around them: %s",
+  (said) => expect([...importText(`\r\n${said}\r\n$110=5000.000\r\nok\r\n`)]).toEqual([[110, "5000.000"]]),
+);
+
 it.each([
   ["$110=fast", /line 1: "\$110=fast" is not like/],
   ["$110=5000\nG1X1", /line 2/],

@@ -68,7 +68,7 @@ def _legal(board: Board, uses: Sequence[Use], key: int, signal: str) -> int:
         return 0  # its kind is the board's
     if use is not None and is_shifted(use.pin) and use.role in (Role.STEP, Role.DIR):
         return 0
-    use = use or _unwired(signal)
+    use = use or unwired(signal)
     there = {each.pin: each for each in reversed(uses)}
     names = [
         name
@@ -83,7 +83,7 @@ def _is_of_no_axis(board: Board, signal: str) -> bool:
     return kind in ("step", "dir", "limit") and letter.upper() not in board.axes
 
 
-def _unwired(signal: str) -> Use:
+def unwired(signal: str) -> Use:
     """With the usual levels (targets/esp32/io/pin_map.c)."""
     roles = {"limit": Role.LIMIT, "probe": Role.PROBE, "estop": Role.ESTOP}
     kinds = {"enable": Role.ENABLE, "spindle_enable": Role.SPINDLE, "charge_pump": Role.PUMP, "led": Role.LED}

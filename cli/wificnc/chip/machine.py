@@ -27,6 +27,8 @@ def wired_chip(board: Board, image: tuple[Block, ...]) -> VirtualChip:
     chip = VirtualChip(load_mzsim(ensure_mzsim_library()), image)
     for motor in range(len(board.axis.motors())):
         chip.set_axis(motor, motor_wire(board, motor))
+    if board.input.estop is not None:  # its contact is closed
+        chip.drive(pin_number(board.input.estop.pin), int(board.input.estop.active == "low"))
     return chip
 
 

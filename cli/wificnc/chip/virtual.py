@@ -127,6 +127,8 @@ _PROTOTYPES: dict[str, tuple[Any, tuple[Any, ...]]] = {
     "mz_program": (c_bool, (_CHIP, c_uint32, c_char_p, c_size_t)),
     "mz_flash": (POINTER(c_uint8), (_CHIP,)),
     "mz_reset": (None, (_CHIP,)),
+    "mz_reset_by": (None, (_CHIP, c_uint32)),
+    "mz_oscillator": (None, (_CHIP, c_bool)),
     "mz_cycles": (c_uint64, (_CHIP,)),
     "mz_instructions": (c_uint64, (_CHIP,)),
     "mz_run": (c_int, (_CHIP, c_uint64)),
@@ -224,6 +226,14 @@ class VirtualChip:
     def power_on(self) -> None:
         """A reset from outside; RAM and flash are as they were."""
         self._library.mz_reset(self._chip)
+
+    def reset_by(self, causes: int) -> None:
+        """A reset by the reset pin, a brown-out, the deadman timer: bits of RCON."""
+        self._library.mz_reset_by(self._chip, causes)
+
+    def oscillator(self, works: bool) -> None:
+        """It stops, and the clock monitor raises an NMI; or it works again from the next reset on."""
+        self._library.mz_oscillator(self._chip, works)
 
     @property
     def cycles(self) -> int:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ipaddress
 import re
 import time
 from dataclasses import dataclass
@@ -78,13 +79,21 @@ def trusted_by(transport: Transport) -> list[Trusted]:
     return [Trusted(int(each[1]), each[2], None if each[3] == "always" else int(each[3])) for each in found]
 
 
+def same_address(listed: str, typed: str) -> bool:
+    """However an IPv6 address is written."""
+    try:
+        return ipaddress.ip_address(listed) == ipaddress.ip_address(typed)
+    except ValueError:
+        return listed == typed
+
+
 def word_of(transport: Transport, address: str) -> str:
     """What ends the trust in an address. Raises UserError: it is not trusted."""
     if address == "all":
         return "none"
     trusted = trusted_by(transport)
     for each in trusted:
-        if each.address == address:
+        if same_address(each.address, address):
             return f"no {each.number}"
     known = ", ".join(each.address for each in trusted) or "none"
     raise UserError(f"{address} is not trusted", hint=f"trusted addresses: {known}")

@@ -19,6 +19,7 @@ from wificnc.flash.plan import Region
 from wificnc.machine import load_machine
 from wificnc.machine.fit import check_fit
 from wificnc.nvs.build import build_image
+from wificnc.nvs.fit import check_pins
 from wificnc.nvs.image import Entry, NvsImage, read_image
 from wificnc.nvs.values import (
     differences,
@@ -43,7 +44,9 @@ def command() -> None:
 @click.argument("machine", metavar="MACHINE.toml")
 @click.option("-o", "--output", type=OutputFile(), default=Path("nvs.bin"), show_default=True,
               help="- is stdout.")  # fmt: skip
-@click.option("--board", "board_ref", metavar="BOARD", help="Check that the machine fits this board.")
+@click.option(
+    "--board", "board_ref", metavar="BOARD", help="Check that the machine and the pins of --set fit this board."
+)
 @click.option("--ssid", help="Name of the WiFi network to join.")
 @click.option("--wifi-password", type=Secret(), help="Its password. " + ASKED)
 @click.option("--access-key", type=Secret(),
@@ -67,12 +70,15 @@ def build(
     if as_json and output == STDOUT:
         raise UserError("--json and --output - both use stdout", hint="--output FILE")
     profile = load_machine(machine)
+    moved = [*map(number_entry, numbers)]
     if board_ref is not None:
-        check_fit(esp32_board(board_ref), profile)
+        board = esp32_board(board_ref)
+        check_fit(board, profile)
+        check_pins(board, moved)
     own = random_password()
     texts = {"wifi_ssid": ssid, "wifi_pass": wifi_password, "access_key": access_key, "ap_pass": own}
     texts["http_names"] = ",".join(map(parse_host_name, http_names)) or None
-    entries = [*machine_entries(profile), *map(number_entry, numbers)]
+    entries = [*machine_entries(profile), *moved]
     entries += [text_entry(key, value) for key, value in texts.items() if value is not None]
     write_output("--output", output, build_image(entries))
     ui.note(f"wrote {output}: {len(entries)} keys")

@@ -33,6 +33,7 @@ ALARM_RESET = 3
 STANDING = ("Hold", "Tool", "Idle", "Door", "Door:1", "Check", "Sleep", "Alarm")  # :0 is left out
 CTRL_C = "\x03"
 TERMINATED = "\x00"  # the process is asked to end: hold and reset, without a question
+RESTARTED = "the controller was switched off or restarted: its position is lost"
 
 PLAIN_KEYS = {
     "!": realtime.HOLD,
@@ -199,6 +200,7 @@ class JobRun:
         self._confirm_reset = False
         self._paused = False
         self._running = 0
+        self._start_id = ""
         self._last_accepted: JobLine | None = None
         self._refused: JobLine | None = None
         self._handlers: dict[type, Callable[..., None]] = {
@@ -211,6 +213,7 @@ class JobRun:
         """Until the job has ended, one way or another."""
         self._begin = self.client.heard = self.client.clock()
         self._ask_at = self._answered_at = self._begin
+        self.client.send(realtime.FULL_STATUS)  # which start of the controller this is
         try:
             while self._end is None:
                 self._round()
@@ -290,6 +293,7 @@ class JobRun:
     def _on_status(self, status: Status) -> None:
         snapshot = self.client.now()
         self._rest.look(snapshot)
+        self._notice_restart(status)
         if self.options.numbered and status.line and status.state in ("Run", "Hold", "Tool", "Door"):
             self._running = status.line
         if status.rx_free is not None:
@@ -303,6 +307,13 @@ class JobRun:
             self._end = (End.ALARM, f"the controller is in state {snapshot.state}")
         elif self.streamer.done and (self.options.check or self._rest.stands_in("Idle")):
             self._end = (End.FINISHED, "")
+
+    def _notice_restart(self, status: Status) -> None:
+        """Another start of the controller than the one that got the first lines."""
+        start_id = dict(status.other).get("Start", "")
+        if start_id and self._start_id not in ("", start_id):
+            self._end = (End.RESET, RESTARTED)
+        self._start_id = start_id or self._start_id
 
     def _notice_pause(self, status: Status) -> None:
         """M0, M1 and M6 wait for the operator: say what the program says."""

@@ -15,8 +15,9 @@ SAMPLES = 1000  # servo periods that wait for the component, should it not get i
 
 QUEUE_MS = 100
 NETWORK_S = 0.05  # a report may be so much longer on its way
-WAIT_S = 0.15  # with a queue of QUEUE_MS the component has LinuxCNC wait when so much more is not executed (motion.c)
-MARGIN = 0.5  # units
+WAIT_S = 0.15  # with a queue of QUEUE_MS the component has LinuxCNC wait when so much more is not confirmed (motion.c)
+LOST_REPORTS = 2  # in a row, while it slows down: with 30 % loss 3 of 100 such stops lose more
+MARGIN = 0.2  # units
 ENDLESS = 1e9
 MESSAGE = re.compile(r'^MESSAGE\((\w+), "([\w-]+)", "([^"]+)"\)$', re.MULTILINE)
 
@@ -68,9 +69,10 @@ QUEUE_MS = {queue_ms}
 RUN_UP_S = 3
 
 # Following error. The feedback is late by QUEUE_MS, a status report ($76 of the controller, {report_ms} ms) and the
-# network ({network_ms} ms): {lag_s:g} s in all. LinuxCNC allows FERROR at top speed, in proportion less at lower speed,
-# and never less than MIN_FERROR:
-#   FERROR      {lag_s:g} s of top speed, {wait_s:g} s more before LinuxCNC waits for a network, and the way to stop
+# network ({network_ms} ms): {lag_s:g} s in all; and {worst_s:g} s before LinuxCNC, which waits for a network that loses
+# motion or reports, has slowed down. LinuxCNC allows FERROR at top speed, in proportion less at lower speed, and
+# never less than MIN_FERROR:
+#   FERROR      {worst_s:g} s of top speed, and the way to stop
 #   MIN_FERROR  the way that the machine still has to go when the command has just stopped
 # At rest the component compares command and position itself, to the step. If you make QUEUE_MS or $76 larger,
 # make both larger in proportion.
@@ -247,22 +249,28 @@ def _lag_s() -> float:
     return QUEUE_MS / 1000 + _report_s() + NETWORK_S
 
 
+def _worst_s() -> float:
+    """By so much it may be before LinuxCNC, which waits then, has slowed down."""
+    return _lag_s() + WAIT_S + LOST_REPORTS * _report_s()
+
+
 def _lags() -> dict[str, float]:
     """For the comment that explains it."""
     times = {"report_ms": round(_report_s() * 1000), "network_ms": round(NETWORK_S * 1000)}
-    return {**times, "lag_s": _lag_s(), "wait_s": WAIT_S, "queue_ms": QUEUE_MS}
+    return {**times, "lag_s": _lag_s(), "worst_s": _worst_s(), "queue_ms": QUEUE_MS}
 
 
 def following_error(velocity: float, acceleration: float) -> tuple[float, float]:
     """FERROR and MIN_FERROR of a joint. LinuxCNC allows FERROR v / velocity at speed v, at least MIN_FERROR.
 
+    Before the feedback is later than _worst_s(), for want of motion or of reports, the component has had LinuxCNC wait.
     While the command slows down to speed v, a feedback that is late by T is behind by at most v T + `rest`, where
     `rest` is the way of the last T before the stop, and never by more than at top speed. So MIN_FERROR is what that is
     where it meets LinuxCNC's line."""
-    lag_s = _lag_s()
+    lag_s = _worst_s()
     stop_s = min(lag_s, velocity / acceleration)
     rest = acceleration * stop_s * (lag_s - stop_s / 2)
-    most = velocity * (lag_s + WAIT_S) + velocity**2 / (2 * acceleration)
+    most = velocity * lag_s + velocity**2 / (2 * acceleration)
     least = min(rest / (1 - velocity * lag_s / most), velocity * lag_s)
     return most + MARGIN, least + MARGIN
 

@@ -32,6 +32,10 @@ MEANINGS: dict[Refusal, str] = {
     Refusal.OVERTAKEN: "a stop or a newer packet of its kind was sent later but received earlier",
     Refusal.NO_OUTPUT: "the board has no output for this spindle, its direction or this coolant",
     Refusal.SILENT: "the host sent nothing for $77 ms while its stream was open, so it was lost",
+    Refusal.PULL_OFF: "home: a pull-off ($27, $200 ..) is not shorter than the travel of its axis",
+    Refusal.RACKS: "home: with one switch the pull-offs of both motors ($27, $200 ..) may differ by 5 % of the travel",
+    Refusal.STALL_SLOW: "home: StallGuard ($250 ..) needs $24, $25 and $110 .. at $260 .. or faster",
+    Refusal.NO_STALL: "home: StallGuard needs a motor current ($140 ..), and DIAG wired to the limit input",
 }
 
 REMEDIES: dict[Refusal, str] = {
@@ -60,4 +64,8 @@ REMEDIES: dict[Refusal, str] = {
     Refusal.OVERTAKEN: "the network delays or duplicates packets: retry if still required",
     Refusal.NO_OUTPUT: "omit it; wificnc boards show lists what the board has",
     Refusal.SILENT: "query an open stream at least every 500 ms; open a new stream",
+    Refusal.PULL_OFF: "shorten the pull-off, or enter the real travel, by G-code",
+    Refusal.RACKS: "correct the pull-offs by G-code",
+    Refusal.STALL_SLOW: "raise the homing feeds by G-code",
+    Refusal.NO_STALL: "set the current by G-code, and check the board",
 }

@@ -91,6 +91,11 @@ static size_t room(void *ctx) {
     return machine_line_room(controller->machine);
 }
 
+static uint32_t drop_unread(void *ctx) {
+    const struct controller *controller = ctx;
+    return machine_drop_unread(controller->machine);
+}
+
 static void pendant_left(void *ctx) {
     const struct controller *controller = ctx;
     machine_pendant_lost(controller->machine);
@@ -151,6 +156,7 @@ void controller_init(struct controller *controller, struct machine *machine,
                                            .whose = whose,
                                            .stops = stops,
                                            .room = room,
+                                           .drop_unread = drop_unread,
                                            .page = page,
                                            .key = key};
     *controller = (struct controller){.machine = machine, .listener = -1};

@@ -5,7 +5,14 @@
 
 #include <string.h>
 
-_Static_assert(sizeof(struct follow_signals) == 8, "no padding");
+_Static_assert(sizeof(struct follow_signals) == 10, "no padding");
+
+static struct input_senses senses_of(const struct settings *settings) {
+    return (struct input_senses){.limit_invert = settings->limit_invert,
+                                 .probe_invert = settings->probe_invert,
+                                 .toolsetter_invert = settings->toolsetter_invert,
+                                 .estop_normally_open = settings->estop_normally_open};
+}
 
 static struct follow_signals wanted(const struct follow *follow) {
     const struct settings *settings = machine_settings(follow->machine);
@@ -13,9 +20,8 @@ static struct follow_signals wanted(const struct follow *follow) {
                                    .step_invert = settings->step_invert_mask,
                                    .dir_invert = settings->dir_invert_mask,
                                    .second_dir_invert = settings->second_dir_invert_mask,
-                                   .limit_invert = settings->limit_invert,
-                                   .probe_invert = settings->probe_invert,
-                                   .toolsetter_invert = settings->toolsetter_invert};
+                                   .reserved = 0,
+                                   .senses = senses_of(settings)};
 }
 
 static void apply_pulse(struct follow *follow) {
@@ -25,9 +31,7 @@ static void apply_pulse(struct follow *follow) {
 /* Outside of the interrupts of the inputs, not between them. */
 static void apply_levels(void *arg) {
     const struct follow *follow = arg;
-    const struct settings *settings = machine_settings(follow->machine);
-    inputs_set_levels(&follow->hal->inputs, settings->limit_invert, settings->probe_invert,
-                      settings->toolsetter_invert);
+    inputs_set_levels(&follow->hal->inputs, senses_of(machine_settings(follow->machine)));
 }
 
 static void apply(struct follow *follow) {

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Lets pins and pulses follow the settings that are the hardware's business ($0, $2 .. $6). [task of
- * machine_poll()]
+ * Lets pins and pulses follow the settings that are the hardware's business ($0, $2 .. $6, $72, $749). [task
+ * of machine_poll()]
  */
 #ifndef WIFICNC_ESP32_FOLLOW_H
 #define WIFICNC_ESP32_FOLLOW_H
@@ -13,7 +13,8 @@
 struct follow_signals {
     uint16_t pulse_us;
     uint8_t step_invert, dir_invert, second_dir_invert;
-    bool limit_invert, probe_invert, toolsetter_invert;
+    uint8_t reserved; /* 0 */
+    struct input_senses senses;
 };
 
 struct follow {

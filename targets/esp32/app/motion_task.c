@@ -5,9 +5,11 @@
 #include "hal/step_engine.h"
 #include "io/charge_pump.h"
 #include "task_periods.h"
+#include "task_rest.h"
 
 #include "esp_attr.h"
 #include "esp_task_wdt.h"
+#include "esp_timer.h"
 #include "freertos/FreeRTOS.h"
 #include "freertos/task.h"
 
@@ -56,7 +58,21 @@ static void IRAM_ATTR do_what_is_asked(void) {
 
 /* ---- the task ---- */
 
+/* Until the next ms, or until it is woken; not while there is more to do. The controller may wake it again
+ * and again, so that only a wait that has run out is a rest of this core. */
+static void IRAM_ATTR rest(struct task_rest *rested, bool more) {
+    const TickType_t tick = pdMS_TO_TICKS(ESP32_MOTION_PERIOD_US / 1000);
+    bool blocked = true;
+    if (task_rest_is_due(rested, (uint32_t)esp_timer_get_time()))
+        vTaskDelay(tick);
+    else
+        blocked = ulTaskNotifyTake(pdTRUE, more ? 0 : tick) == 0 && !more;
+    if (blocked)
+        task_rest_end(rested, (uint32_t)esp_timer_get_time());
+}
+
 static void IRAM_ATTR run(void *unused) {
+    struct task_rest rested = {0};
     (void)unused;
     /* Here, because ESP-IDF puts an interrupt on the core that allocates it. */
     motion.good = step_engine_attach(machine_step(motion.machine)) &&
@@ -70,7 +86,7 @@ static void IRAM_ATTR run(void *unused) {
         step_engine_show(machine_step(motion.machine));
         charge_pump_beat();
         (void)esp_task_wdt_reset();
-        (void)ulTaskNotifyTake(pdTRUE, more ? 0 : pdMS_TO_TICKS(ESP32_MOTION_PERIOD_US / 1000));
+        rest(&rested, more);
     }
     vTaskDelete(NULL);
 }

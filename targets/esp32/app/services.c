@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "app/services.h"
 
+#include "app/entropy.h"
 #include "net/network.h"
-#include "net/wifi.h"
 #include "net_mdns_udp.h"
 #include "net_tcp.h"
 #include "pin_config.h"
@@ -32,20 +32,10 @@ void services_start(struct services *services, struct access *access, const stru
     ota_init(&services->ota, &ota_flash_ops, &services->flash, &image, access);
     services->ota.on_trial = services->trial.on;
     snprintf(port, sizeof port, "%d", OTA_PORT);
-    /* without the radio there is no nonce that no one can foresee */
-    bool guarded = wifi_own_password()[0] != '\0';
-    services->ota_listener = guarded ? net_tcp_listen(NULL, port, address, &error) : -1;
+    services->ota_listener = net_tcp_listen(NULL, port, address, &error);
     snprintf(services->mdns.name, sizeof services->mdns.name, "%s", network_name());
     snprintf(services->mdns.text, sizeof services->mdns.text, "wificnc=%s", BOARD_ID);
     services->mdns_socket = net_mdns_open("0.0.0.0", NET_MDNS_PORT);
-}
-
-/* Never the same, and no one can foresee it: a keyed digest of a counter. */
-static void make_nonce(struct services *services, uint8_t nonce[OTA_NONCE_SIZE]) {
-    uint8_t digest[SHA256_SIZE];
-    services->nonces++;
-    sha256_hmac(wifi_seed(), WIFI_SEED_SIZE, &services->nonces, sizeof services->nonces, digest);
-    memcpy(nonce, digest, OTA_NONCE_SIZE);
 }
 
 void services_update(void *ctx, const struct net_stream *stream) {
@@ -55,7 +45,7 @@ void services_update(void *ctx, const struct net_stream *stream) {
         stream->ops->close(stream);
         return;
     }
-    make_nonce(services, nonce);
+    entropy_fill(nonce, sizeof nonce);
     (void)ota_connect(&services->ota, stream, nonce, services->now_us);
 }
 

@@ -16,10 +16,9 @@ struct services {
     struct ota ota;
     struct net_mdns mdns;
     int ota_listener, mdns_socket; /* -1: not there */
-    uint32_t nonces;
-    uint32_t address; /* announced */
-    uint32_t done_us; /* when an update was complete */
-    uint32_t now_us;  /* of the last round */
+    uint32_t address;              /* announced */
+    uint32_t done_us;              /* when an update was complete */
+    uint32_t now_us;               /* of the last round */
     struct update_trial trial;
     bool restarts;
 };

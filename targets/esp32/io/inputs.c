@@ -89,23 +89,24 @@ void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT
     *inputs = (struct inputs){.gang = gang, .roles = *roles};
     for (unsigned input = 0; input < INPUT_COUNT; input++) {
         inputs->wire[input] = wire[input];
-        if ((INPUT_HOMES >> input & 1) != 0 && wire[input].active_high)
-            inputs->home_high |= 1u << input;
+        if ((INPUT_SWITCHES >> input & 1) != 0 && wire[input].active_high)
+            inputs->switch_high |= 1u << input;
         inputs->debounce.time[input] = *time_of(input, roles);
         if (wire[input].pin == NO_PIN)
             continue;
         const gpio_config_t config = make_config(wire[input].pin, wire[input].pull);
         ESP_ERROR_CHECK(gpio_config(&config));
     }
-    inputs_set_levels(inputs, false, false, false);
+    inputs_set_levels(inputs, (struct input_senses){0});
 }
 
-void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_invert, bool toolsetter_invert) {
-    uint32_t active_low = (limit_invert ? 0 : INPUT_SWITCHES) ^ inputs->home_high;
-    active_low |= probe_invert ? 0 : 1u << INPUT_PROBE;
-    active_low |= toolsetter_invert ? 0 : 1u << INPUT_TOOLSETTER;
+void inputs_set_levels(struct inputs *inputs, struct input_senses senses) {
+    uint32_t active_low = (senses.limit_invert ? 0 : INPUT_SWITCHES) ^ inputs->switch_high;
+    active_low |= senses.probe_invert ? 0 : 1u << INPUT_PROBE;
+    active_low |= senses.toolsetter_invert ? 0 : 1u << INPUT_TOOLSETTER;
     for (unsigned input = INPUT_ESTOP; input < INPUT_COUNT; input++)
         active_low |= inputs->wire[input].active_high ? 0 : 1u << input;
+    active_low ^= senses.estop_normally_open ? 1u << INPUT_ESTOP : 0;
     inputs->active_low = active_low;
     /* From the levels as they are: a changed polarity is not an edge. */
     debounce_start(&inputs->debounce, read_pins(inputs));
@@ -150,7 +151,7 @@ static bool IRAM_ATTR misc_is_on(uint32_t on, uint8_t number) {
 }
 
 static struct hal_switches IRAM_ATTR read_switches(const struct inputs *inputs, uint32_t high) {
-    return switches_of(inputs->gang, high ^ inputs->home_high);
+    return switches_of(inputs->gang, high ^ inputs->switch_high);
 }
 
 void IRAM_ATTR inputs_read(const struct inputs *inputs, struct hal_inputs *out) {

@@ -28,7 +28,7 @@ struct inputs {
     struct debounce debounce;
     volatile uint8_t lock;   /* enum hal_lock: as if the e-stop were pressed */
     uint32_t active_low;     /* inputs that are on while their line is low */
-    uint32_t home_high;      /* home lines that the board calls active high */
+    uint32_t switch_high;    /* limit and home lines that the board calls active high */
     struct encoder *encoder; /* of the index line; NULL: none is wired */
     uint8_t index_gpio;
     struct machine *machine; /* gets the edges of limits, home and e-stop; NULL: no one */
@@ -39,9 +39,9 @@ struct inputs {
 void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT], const struct gang *gang,
                  const struct input_roles *roles);
 
-/** [motion side, or before inputs_attach()] $5, $6 and $72: at which level limits, home switches (as the
- * board calls them, or the other way round), probe and tool setter are on. */
-void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_invert, bool toolsetter_invert);
+/** [motion side, or before inputs_attach()] At which level limits, home switches and e-stop (as the board
+ * calls them, or the other way round), probe and tool setter are on. */
+void inputs_set_levels(struct inputs *inputs, struct input_senses senses);
 
 /** [start] The index line of the spindle's encoder: inputs_attach() has it interrupt, too. */
 void inputs_add_index(struct inputs *inputs, struct encoder *encoder, const struct encoder_wire *wire);

@@ -11,6 +11,8 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+struct hal_step;
+
 enum switch_output {
     SWITCH_ENABLE,
     SWITCH_ENABLE_X, /* of one motor, as the others by their number */
@@ -67,6 +69,10 @@ void outputs_coolant(struct outputs *outputs, uint8_t bits);
 
 /** @param bits  digital outputs of M62 .. M65, bit n = Pn */
 void outputs_digital(const struct outputs *outputs, uint8_t bits);
+
+/** [panic, or before a restart] All but the motor drivers off immediately, also those with a wave: the GPIO
+ * matrix leads them back to their levels, which are off. In IRAM. */
+void outputs_cut(const struct outputs *outputs, struct hal_step *step);
 
 /** Is there a charge pump's output? */
 bool outputs_have_pump(const struct outputs *outputs);

@@ -8,6 +8,7 @@
 #include "app/controller.h"
 #include "app/follow.h"
 #include "app/io_module.h"
+#include "app/restart_note.h"
 #include "app/services.h"
 #include "hal/chip_hal.h"
 #include "io/lines.h"
@@ -26,11 +27,13 @@ struct firmware {
     struct step_engine_board step_pins;
     struct lines lines;
     struct channels channels;
-    struct follow follow;         /* of a controller */
-    struct io_module *io_module;  /* when this board is one: it has a copy of all settings, from the heap */
-    struct portal *portal;        /* first contact; NULL: there is none */
-    struct update_trial wiring;   /* pins that were changed over the network */
-    struct boot_guard *guard;     /* of crashes in a row */
+    struct follow follow;        /* of a controller */
+    struct io_module *io_module; /* when this board is one: it has a copy of all settings, from the heap */
+    struct portal *portal;       /* first contact; NULL: there is none */
+    struct update_trial wiring;  /* pins that were changed over the network */
+    struct boot_guard *guard;    /* of crashes in a row */
+    struct restart_note *note;   /* for the next start */
+    const struct hal_restart *restart;
     char key[ACCESS_KEY_MAX + 1]; /* of network clients and updates */
     uint8_t access_open;
     bool safe_mode, is_module, has_network;

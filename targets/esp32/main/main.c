@@ -4,6 +4,7 @@
  *
  * The storage is read before the outputs, because it says which pins they are on; until then the pins do what
  * they do from reset. */
+#include "app/entropy.h"
 #include "app/task_map.h"
 #include "firmware.h"
 #include "pin_config.h"
@@ -14,6 +15,7 @@
 #include "freertos/task.h"
 
 static RTC_NOINIT_ATTR struct boot_guard guard; /* a reset keeps it */
+static RTC_NOINIT_ATTR struct restart_note note;
 static struct firmware firmware; /* without initial values: they would be as large in the image */
 
 static enum boot_cause cause_of_start(void) {
@@ -33,6 +35,32 @@ static enum boot_cause cause_of_start(void) {
     }
 }
 
+/* The reset pin is the same as power-on for this chip, but the memory may have lasted: the mark of motion
+ * says. */
+static enum hal_restart_cause restart_cause(void) {
+    switch (esp_reset_reason()) {
+    case ESP_RST_PANIC:
+    case ESP_RST_CPU_LOCKUP:
+        return HAL_RESTART_FAULT;
+    case ESP_RST_INT_WDT:
+    case ESP_RST_TASK_WDT:
+    case ESP_RST_WDT:
+        return HAL_RESTART_WATCHDOG;
+    case ESP_RST_BROWNOUT:
+    case ESP_RST_PWR_GLITCH:
+        return HAL_RESTART_BROWN_OUT;
+    case ESP_RST_EXT:
+    case ESP_RST_USB:
+    case ESP_RST_JTAG:
+    case ESP_RST_POWERON:
+        return HAL_RESTART_EXTERNAL;
+    case ESP_RST_SW:
+        return HAL_RESTART_NONE;
+    default:
+        return HAL_RESTART_UNKNOWN;
+    }
+}
+
 void app_main(void) {
     static const struct net_hub_sizes sizes = {.clients = NET_CLIENTS -
                                                           (BOARD_HAS_PENDANT != 0 ? 0 : NET_PENDANT_PLACES),
@@ -40,7 +68,10 @@ void app_main(void) {
                                                .out = 16384,
                                                .left = 2048};
     struct complaints complaints = {.text = ""};
+    entropy_start(); /* it takes the ADC and I2S, which drives outputs later */
     firmware.guard = &guard;
+    firmware.note = &note;
+    firmware.restart = restart_note_begin(&note, restart_cause());
     enum nvs_start kept = nvs_flash_ops_open(&firmware.store);
     /* Before anything that may have been the cause of a crash. */
     firmware.safe_mode = boot_guard_begin(&guard, cause_of_start());

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * The network and what is offered there: Telnet, WMC3, the web page, updates. */
 #include "app/device_keys.h"
+#include "app/entropy.h"
 #include "base/version.h"
 #include "firmware.h"
 #include "net/network.h"
@@ -10,8 +11,6 @@
 #include "net_dns.h"
 #include "store/nvs_device.h"
 
-#include "esp_random.h"
-
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -20,7 +19,7 @@ enum { TELNET_PORT = 23 };
 
 static void chip_random(void *ctx, uint8_t *bytes, size_t count) {
     (void)ctx;
-    esp_fill_random(bytes, count);
+    entropy_fill(bytes, count);
 }
 
 /* ---- the access key ---- */
@@ -45,12 +44,11 @@ void firmware_keep_trust(struct firmware *firmware) {
         firmware_tell(firmware, "Cannot store the trusted addresses: the next start has the old ones");
 }
 
-/* After network_start(), which makes random numbers unpredictable. */
 static void load_access(struct firmware *firmware) {
     struct access *access = &firmware->controller.access;
     uint8_t salt[ACCESS_SALT];
     enum access_found found = access_store_load(firmware->key, &access_ops, &firmware->store);
-    esp_fill_random(salt, sizeof salt);
+    entropy_fill(salt, sizeof salt);
     access_init(access, firmware->key, firmware->access_open != 0, salt, hal_time_us(&firmware->hal));
     access_store_load_trust(access, &access_ops, &firmware->store);
     if (found == ACCESS_LOST)

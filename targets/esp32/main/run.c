@@ -7,6 +7,7 @@
 #include "net/light.h"
 #include "net/page.h"
 #include "task_periods.h"
+#include "task_rest.h"
 
 #include "esp_task_wdt.h"
 #include "freertos/FreeRTOS.h"
@@ -37,6 +38,15 @@ static uint32_t begin_round(struct firmware *firmware) {
     (void)esp_task_wdt_reset();
     note_health(firmware->guard, now_us);
     return now_us;
+}
+
+/* The end of every round of both. @param more  another one has work to do immediately */
+static void end_round(const struct firmware *firmware, bool more) {
+    static struct task_rest rest;
+    if (more && !task_rest_is_due(&rest, hal_time_us(&firmware->hal)))
+        return;
+    vTaskDelay(pdMS_TO_TICKS(ESP32_CONTROLLER_PERIOD_US / 1000));
+    task_rest_end(&rest, hal_time_us(&firmware->hal));
 }
 
 static enum net_light light_of(bool alarm, bool at_rest, bool controlled) {
@@ -83,13 +93,14 @@ void firmware_run_controller(void *ctx) {
         uint32_t now_us = begin_round(firmware);
         follow_poll(&firmware->follow);
         check_steps(firmware);
+        restart_note_moves(firmware->note, !machine_is_at_rest(&firmware->machine));
         show_led(controller_light(firmware), now_us);
         bool more = serve_network(firmware, now_us);
         firmware_keep_trust(firmware);
-        if (controller_round(&firmware->controller) && !firmware->safe_mode)
+        const bool moves = controller_round(&firmware->controller) && !firmware->safe_mode;
+        if (moves)
             motion_task_wake();
-        else if (!more)
-            vTaskDelay(pdMS_TO_TICKS(ESP32_CONTROLLER_PERIOD_US / 1000));
+        end_round(firmware, more || moves);
     }
 }
 
@@ -110,7 +121,7 @@ void firmware_run_io_module(void *ctx) {
             io_module_round(firmware->io_module);
         const bool reached = firmware->controller.session.owner.on;
         firmware_poll_wiring(firmware, now_us, reached, !reached);
-        if (!firmware->has_network || !services_poll(&firmware->services, now_us, reached, !reached))
-            vTaskDelay(pdMS_TO_TICKS(1));
+        end_round(firmware,
+                  firmware->has_network && services_poll(&firmware->services, now_us, reached, !reached));
     }
 }

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: MIT
  * The stages before anything moves: storage, pins, step engine, machine. */
 #include "app/board.h"
+#include "app/entropy.h"
 #include "app/motion_task.h"
+#include "app/panic.h"
 #include "chip_ganged.h"
 #include "firmware.h"
 #include "io/dial.h"
@@ -168,6 +170,9 @@ static void start_dial(struct firmware *firmware, struct machine_board *board) {
 static struct machine_board board_of(struct firmware *firmware, enum nvs_start kept) {
     struct machine_board board = board_machine(&firmware->pins);
     const struct hal *hal = &firmware->hal;
+    board.restart = firmware->restart;
+    entropy_fill(&board.start_id, sizeof board.start_id);
+    board.start_id |= 1u; /* 0 means that there is none */
     board.store = kept == NVS_START_FAILED ? NULL : &nvs_hal_store;
     board.store_ctx = &firmware->store;
     board.digest = ota_flash_digest();
@@ -188,6 +193,7 @@ void firmware_start_machine(struct firmware *firmware, enum nvs_start kept) {
     const struct machine_board board = board_of(firmware, kept);
     const struct text_out out = controller_out(&firmware->controller);
     machine_init(machine, &board, hal, &hal->step, &out);
+    panic_guard(hal, machine, firmware->note);
     follow_init(&firmware->follow, machine, hal);
     if (kept == NVS_START_ERASED)
         firmware_tell(firmware, "Cannot read the storage: erased, all settings are at their defaults");

@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 #include "net/wifi.h"
 
+#include "app/entropy.h"
 #include "net/wifi_policy.h"
 #include "store/nvs_flash_ops.h"
 
 #include "esp_netif.h"
-#include "esp_random.h"
 #include "esp_timer.h"
 #include "esp_wifi.h"
 
@@ -17,13 +17,8 @@ static struct {
     struct wifi_policy policy;
     const char *name;
     char password[OWN_PASSWORD_MAX + 1];
-    uint8_t seed[WIFI_SEED_SIZE];
     bool has_network, on, own;
 } wifi;
-
-const uint8_t *wifi_seed(void) {
-    return wifi.seed;
-}
 
 const char *wifi_own_password(void) {
     return wifi.password;
@@ -50,12 +45,13 @@ static uint32_t now_ms(void) {
 static void make_password(void) {
     static const char letters[] = "abcdefghijkmnpqrstuvwxyz23456789";
     _Static_assert(sizeof letters == 33, "5 bits each");
+    uint8_t bytes[OWN_PASSWORD_LENGTH];
+    entropy_fill(bytes, sizeof bytes);
     for (unsigned i = 0; i < OWN_PASSWORD_LENGTH; i++)
-        wifi.password[i] = letters[esp_random() & 31];
+        wifi.password[i] = letters[bytes[i] & 31];
     wifi.password[OWN_PASSWORD_LENGTH] = '\0';
 }
 
-/* The radio must be on: only then is esp_random() unpredictable. */
 static void load_password(const struct nvs_store *store) {
     if (nvs_flash_ops_get_text(store, NVS_OWN_PASSWORD, wifi.password, sizeof wifi.password) >=
         OWN_PASSWORD_MIN)
@@ -89,7 +85,6 @@ bool wifi_init(const struct nvs_store *store, const char *name) {
         esp_wifi_start() != ESP_OK)
         return false;
     load_password(store);
-    esp_fill_random(wifi.seed, sizeof wifi.seed);
     (void)esp_netif_set_hostname(station, name);
     wifi.has_network = set_network(store);
     return esp_wifi_stop() == ESP_OK;

@@ -22,11 +22,6 @@ bool wifi_init(const struct nvs_store *store, const char *name);
 /** Password of our own network: stored, or made now; empty before wifi_init(). */
 const char *wifi_own_password(void);
 
-/** Bytes that no one can foresee, taken while the radio was on (the chip's noise source); all 0 when it never
- * was. */
-enum { WIFI_SEED_SIZE = 32 };
-const uint8_t *wifi_seed(void);
-
 /** A network that the radio hears. */
 struct wifi_network {
     char name[WIFI_SSID_MAX + 1];

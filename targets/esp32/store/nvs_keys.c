@@ -202,4 +202,5 @@ const struct nvs_key nvs_keys[SETTINGS_COUNT] = {
     {746, NVS_U8, "drv_fault"},
     {747, NVS_U8, "m1_in"},
     {748, NVS_U8, "m1_inv"},
+    {749, NVS_U8, "estop_no"},
 };

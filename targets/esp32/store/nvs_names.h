@@ -19,7 +19,7 @@ enum { OWN_PASSWORD_MIN = 8, OWN_PASSWORD_MAX = 63 };
 #define NVS_ACCESS_KEY "access_key"
 enum { ACCESS_KEY_MIN = 12, ACCESS_KEY_MAX = 63 };
 #define NVS_TRUSTED "trusted"
-enum { TRUSTED_MIN = 1, TRUSTED_MAX = 152 };
+enum { TRUSTED_MIN = 1, TRUSTED_MAX = 288 };
 #define NVS_HTTP_NAMES "http_names"
 enum { HTTP_NAMES_MIN = 1, HTTP_NAMES_MAX = 63 };
 

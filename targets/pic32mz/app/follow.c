@@ -8,8 +8,11 @@ static void apply(struct follow *follow) {
     step_engine_set_pulse(&follow->hal->step, machine_step_pulse_ns(follow->machine));
     step_engine_invert(&follow->hal->step, settings->step_invert_mask, settings->dir_invert_mask,
                        settings->second_dir_invert_mask);
-    inputs_set_levels(&follow->hal->inputs, settings->limit_invert, settings->probe_invert,
-                      settings->toolsetter_invert);
+    inputs_set_levels(&follow->hal->inputs,
+                      (struct input_senses){.limit_invert = settings->limit_invert,
+                                            .probe_invert = settings->probe_invert,
+                                            .toolsetter_invert = settings->toolsetter_invert,
+                                            .estop_normally_open = settings->estop_normally_open});
     follow->applied = *settings;
 }
 

@@ -3,6 +3,7 @@
  * else can go wrong; there is no one who could command the machine before it is up. */
 #include "app/board.h"
 #include "app/follow.h"
+#include "app/lost_clock.h"
 #include "chip/interrupts.h"
 #include "chip/system.h"
 #include "chip_ganged.h"
@@ -48,18 +49,6 @@ static void call(const void *ctx, void (*work)(void *arg), void *arg) {
 
 static const struct hal_motion_side motion_side = {.call = call};
 
-static void say_restart(enum system_restart why, const struct system_fault *fault) {
-    if (why == RESTART_WATCHDOG)
-        text_string(&out, "[MSG:The watchdog has restarted the controller]\r\n");
-    if (why != RESTART_FAULT)
-        return;
-    text_string(&out, "[MSG:A fault has restarted the controller, cause ");
-    text_int(&out, (int32_t)(fault->cause >> 2 & 31u));
-    text_string(&out, " at ");
-    text_int(&out, (int32_t)(fault->epc & 0x1FFFFFFFu));
-    text_string(&out, "]\r\n");
-}
-
 static void start_hal(void) {
     struct input_wire inputs[INPUT_COUNT];
     struct output_wire outputs[SWITCH_COUNT];
@@ -72,9 +61,11 @@ static void start_hal(void) {
         system_reset(); /* the board file's check says so before: no such pin */
 }
 
-static void start_machine(void) {
+static void start_machine(const struct hal_restart *restart) {
     struct machine_board board = board_machine();
+    board.restart = restart;
     nvm_wait();
+    board.start_id = system_start_id();
     board.store = &flash_hal_store;
     board.store_ctx = &store;
     board.motion_side = &motion_side;
@@ -107,22 +98,23 @@ static void poll_slow(void) {
 }
 
 int main(void) {
-    struct system_fault fault;
     outputs_make_safe();
+    if (!system_has_clock())
+        lost_clock();
     system_init();
-    enum system_restart why = system_take_restart(&fault);
+    const struct hal_restart *restart = system_take_restart();
     start_hal();
-    start_machine();
+    start_machine(restart);
     interrupts_init();
     system_start_tick();
     system_watchdog_start();
-    say_restart(why, &fault);
     for (;;) {
         poll_slow();
         bool any = machine_poll(&machine);
         follow_poll(&follow);
         any |= machine_poll_motion(&machine);
         any |= flash_store_poll(&store);
+        system_note_motion(!machine_is_at_rest(&machine));
         if (!any)
             system_wait();
     }

@@ -16,6 +16,9 @@
 #define CLOCK_BUS_DIVIDER 4u
 #define CLOCK_BUS_HZ      (CLOCK_CPU_HZ / CLOCK_BUS_DIVIDER)
 
+/* What the clock monitor goes over to when the oscillator has failed (BFRC); within 5 %. */
+#define CLOCK_BACKUP_HZ 8000000u
+
 /* CP0 Count advances every second cycle of the CPU. */
 #define CLOCK_COUNT_HZ     (CLOCK_CPU_HZ / 2u)
 #define CLOCK_COUNTS_IN_US (CLOCK_COUNT_HZ / 1000000u)

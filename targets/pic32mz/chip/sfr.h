@@ -21,6 +21,7 @@
 #define SYSKEY         SFR(0xBF800030u)
 #define WDTCON_ADDRESS 0xBF800800u
 #define WDTCON_KEY     (*(volatile uint16_t *)0xBF800802u) /* a 16-bit write of WDTCLRKEY clears the timer */
+#define OSCCON         SFR(0xBF801200u)
 #define RCON           SFR(0xBF801240u)
 #define RSWRST_ADDRESS 0xBF801250u
 #define PB2DIV         SFR(0xBF801310u)
@@ -33,7 +34,13 @@
 #define PBDIV_ON        (1u << 15)
 #define WDTCON_ON       (1u << 15)
 #define WDTCON_CLEAR    0x5743u
+#define OSCCON_COSC(n)  ((n) >> 12 & 7u) /* what the CPU's clock comes from */
+#define COSC_PLL        1u
+#define RCON_POR        (1u << 0)
+#define RCON_BOR        (1u << 1)
 #define RCON_WDTO       (1u << 4)
+#define RCON_DMTO       (1u << 5)
+#define RCON_EXTR       (1u << 7)
 #define RSWRST_SWRST    1u
 #define PRECON_PREFETCH (3u << 4) /* of instructions and data */
 

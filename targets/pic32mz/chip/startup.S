@@ -5,6 +5,11 @@
  * general register. What it costs is written at each macro. Plain C functions do the work: no compiler needs
  * to know what an interrupt is. */
 
+#define INDEX     $0
+#define ENTRY_LO0 $2
+#define ENTRY_LO1 $3
+#define PAGE_MASK $5
+#define ENTRY_HI  $10
 #define STATUS  $12
 #define SRSCTL  $12, 2
 #define INTCTL  $12, 1
@@ -22,6 +27,9 @@
 #define CAUSE_IV     0x00800000
 #define FCSR_FLUSH   0x01000000 /* FS: denormal results are 0, and no exception asks software for them */
 
+#define TLB_ENTRIES 16
+
+#define RDPGPR_A1_RA 0x415F2800 /* rdpgpr $a1, $ra */
 #define RDPGPR_SP_SP 0x415DE800 /* rdpgpr $sp, $sp: LLVM's assembler does not know it for MIPS32 */
 
     .set noreorder
@@ -44,6 +52,11 @@ _reset:
     .section .text.start, "ax", @progbits
     .ent _prepare
 _prepare:
+    mfc0    $t0, STATUS
+    srl     $t0, $t0, 19
+    andi    $t0, $t0, 1
+    bnez    $t0, _nmi /* Status.NMI: no reset, though it begins at the same address */
+    nop
     li      $t0, STATUS_START
     mtc0    $t0, STATUS
     ehb
@@ -73,6 +86,11 @@ _prepare:
     la      $t0, _start
     jr      $t0
     nop
+_nmi: /* caches, RAM and pins are those of the program that was interrupted; it does not continue */
+    la      $sp, _stack_top
+    la      $t0, lost_clock
+    jr      $t0
+    addiu   $sp, $sp, -16
     .end _prepare
 
     .globl _start
@@ -99,6 +117,22 @@ _start:
     b       1b
     addiu   $t1, $t1, 4
 2:
+    /* The TLB holds rubbish: 16 entries that map nothing, each for a page of KSEG0, where no one asks it. Then a NULL
+     * pointer traps. */
+    mtc0    $zero, ENTRY_LO0
+    mtc0    $zero, ENTRY_LO1
+    mtc0    $zero, PAGE_MASK
+    lui     $t0, 0x8000
+    move    $t1, $zero
+    li      $t2, TLB_ENTRIES
+1:  mtc0    $t0, ENTRY_HI
+    mtc0    $t1, INDEX
+    ehb
+    tlbwi
+    addiu   $t1, $t1, 1
+    bne     $t1, $t2, 1b
+    addiu   $t0, $t0, 0x2000
+    ehb
     la      $t0, _exception_base
     mtc0    $t0, EBASE
     ehb
@@ -124,12 +158,23 @@ _start:
     .ent _general_exception
 _general_exception:
     mfc0    $a0, EPC
-    mfc0    $a1, CAUSE
+    .word   RDPGPR_A1_RA
+    mfc0    $a2, CAUSE
     la      $sp, _stack_top
     la      $k0, fault
     jr      $k0
     addiu   $sp, $sp, -16
     .end _general_exception
+
+/* An address that nothing is mapped to (TLB refill), and a cache error: their vectors are elsewhere. */
+    .section .tlb_excpt, "ax", @progbits
+    la      $k0, _general_exception
+    jr      $k0
+    nop
+    .section .cache_excpt, "ax", @progbits
+    la      $k0, _general_exception
+    jr      $k0
+    nop
 
 /* ---- interrupts of the highest level in use: nothing can interrupt them ---- */
 

@@ -8,13 +8,18 @@
 
 #define COUNTS_IN_TICK (PIC32MZ_LOOP_PERIOD_US * CLOCK_COUNTS_IN_US)
 #define FLASH_WAITS    2u /* Table 37-13: above 140 MHz */
-#define FAULT_MARK     0xFA017E1Du
+#define RESTART_MARK   0xFA017E1Du
+#define MOTION_MARK    0x5EA50A15u
 #define KSEG1_BIT      0x20000000u
 
-/* Outlives a reset; written past the cache, which a reset empties. */
+/* Outlives a reset; written past the cache, which a reset empties. Without power it is any bits. */
 struct kept {
-    uint32_t mark; /* FAULT_MARK: the rest is true */
-    struct system_fault fault;
+    uint32_t mark;   /* RESTART_MARK: the next four are true */
+    uint32_t reason; /* enum hal_restart_cause */
+    uint32_t epc, caller, cause;
+    uint32_t motion; /* MOTION_MARK: axes moved */
+    uint32_t starts;    /* counted from whatever power-on has left here */
+    uint32_t noise[16]; /* never written: some bits of it are others after each power-on */
 };
 static struct kept kept_cached __attribute__((section(".kept"), aligned(16)));
 
@@ -99,23 +104,103 @@ void system_reset(void) {
     }
 }
 
-enum system_restart system_take_restart(struct system_fault *fault) {
-    bool faulted = kept()->mark == FAULT_MARK;
-    bool bitten = (RCON & RCON_WDTO) != 0;
-    fault->epc = kept()->fault.epc;
-    fault->cause = kept()->fault.cause;
-    /* Once: the next restart may have another reason. */
-    kept()->mark = 0;
-    RCON = 0;
-    if (faulted)
-        return RESTART_FAULT;
-    return bitten ? RESTART_WATCHDOG : RESTART_POWER;
+uint32_t system_start_id(void) {
+    uint32_t hash = 2166136261u ^ ++kept()->starts; /* FNV-1a, by words */
+    for (unsigned n = 0; n < sizeof kept()->noise / sizeof kept()->noise[0]; n++)
+        hash = (hash ^ kept()->noise[n]) * 16777619u;
+    return hash | 1u;
 }
 
-void fault(uint32_t epc, uint32_t cause) {
-    kept()->fault.epc = epc;
-    kept()->fault.cause = cause;
+void system_note_motion(bool moves) {
+    kept()->motion = moves ? MOTION_MARK : 0;
+}
+
+/* ---- why the chip began again ---- */
+
+/* Cause.ExcCode */
+static const char *fault_name(uint32_t cause) {
+    switch (cause >> 2 & 31u) {
+    case 2:
+    case 3:
+        return "no memory at this address";
+    case 4:
+        return "address error on load";
+    case 5:
+        return "address error on store";
+    case 6:
+    case 7:
+        return "bus error";
+    case 9:
+        return "breakpoint";
+    case 10:
+        return "unknown instruction";
+    case 11:
+        return "coprocessor off";
+    case 13:
+        return "trap";
+    default:
+        return NULL;
+    }
+}
+
+/* What a bootloader that ran before has cleared is not known: with MOTION_MARK it was no quiet start. */
+static enum hal_restart_cause cause_of(uint32_t flags, bool moved) {
+    if ((flags & RCON_POR) != 0)
+        return HAL_RESTART_NONE;
+    if ((flags & (RCON_WDTO | RCON_DMTO)) != 0)
+        return HAL_RESTART_WATCHDOG;
+    if ((flags & RCON_BOR) != 0)
+        return HAL_RESTART_BROWN_OUT;
+    if (!moved)
+        return HAL_RESTART_NONE;
+    return (flags & RCON_EXTR) != 0 ? HAL_RESTART_EXTERNAL : HAL_RESTART_UNKNOWN;
+}
+
+const struct hal_restart *system_take_restart(void) {
+    static struct hal_restart restart;
+    const uint32_t flags = RCON;
+    const bool noted = kept()->mark == RESTART_MARK && (flags & RCON_POR) == 0;
+    restart.cause =
+        noted ? (enum hal_restart_cause)kept()->reason : cause_of(flags, kept()->motion == MOTION_MARK);
+    if (restart.cause == HAL_RESTART_FAULT) {
+        restart.address[restart.address_count++] = kept()->epc;
+        restart.address[restart.address_count++] = kept()->caller;
+        restart.detail = fault_name(kept()->cause);
+    }
+    /* Once: the next restart may have another reason. */
+    kept()->mark = kept()->motion = 0;
+    RCON = 0;
+    return restart.cause == HAL_RESTART_NONE ? NULL : &restart;
+}
+
+static void note_restart(enum hal_restart_cause reason) {
+    kept()->reason = (uint32_t)reason;
     /* Last, so that a second fault in here does not leave half a record that counts. */
-    kept()->mark = FAULT_MARK;
+    kept()->mark = RESTART_MARK;
+}
+
+void fault(uint32_t epc, uint32_t caller, uint32_t cause) {
+    kept()->epc = epc;
+    kept()->caller = caller;
+    kept()->cause = cause;
+    note_restart(HAL_RESTART_FAULT);
     system_reset();
+}
+
+/* ---- the oscillator ---- */
+
+bool system_has_clock(void) {
+    return OSCCON_COSC(OSCCON) == COSC_PLL;
+}
+
+void system_note_lost_clock(void) {
+    note_restart(HAL_RESTART_OSCILLATOR);
+}
+
+void system_use_backup_clock(void) {
+    unlock();
+    PB2DIV = PBDIV_ON; /* divided by 1 */
+    while ((PB2DIV & PBDIV_READY) == 0) {
+    }
+    lock();
 }

@@ -4,6 +4,7 @@
 #define WIFICNC_PIC32MZ_SYSTEM_H
 
 #include "hal/compiler.h"
+#include "hal/hal.h"
 
 #include <stdbool.h>
 #include <stdint.h>
@@ -34,20 +35,27 @@ void system_watchdog_clear(void);
 /** [any context] Reset the chip: all pins become inputs. */
 __attribute__((noreturn)) void system_reset(void);
 
-/** Why the chip began again. */
-enum system_restart { RESTART_POWER, RESTART_WATCHDOG, RESTART_FAULT };
+/** [start] Once: why the chip began again. NULL: power-on, or a reset while nothing moved. */
+const struct hal_restart *system_take_restart(void);
 
-/** What a fault leaves behind. */
-struct system_fault {
-    uint32_t epc;   /* address of the instruction */
-    uint32_t cause; /* CP0 Cause */
-};
+/** [task] Whether axes move or may be about to: then a reset from outside is one that loses the position. */
+void system_note_motion(bool moves);
 
-/** [start] Once. @param[out] fault  of RESTART_FAULT */
-enum system_restart system_take_restart(struct system_fault *fault);
+/** [start, NMI] Whether the clock is the one that clock.h says. */
+bool system_has_clock(void);
 
-/** The general exception, from startup.S. */
-__attribute__((noreturn)) void fault(uint32_t epc, uint32_t cause);
+/** Once after each start. @return another number each time, not 0: by chance after power-on, by a count after
+ * resets */
+uint32_t system_start_id(void);
+
+/** [NMI] The oscillator has failed: what the next start reports. */
+void system_note_lost_clock(void);
+
+/** [NMI, or start on the backup clock] PBCLK2 becomes CLOCK_BACKUP_HZ. Nothing runs as planned any more. */
+void system_use_backup_clock(void);
+
+/** Exceptions, from startup.S. @param epc  address of the instruction. caller  $ra there. cause  CP0 Cause */
+__attribute__((noreturn)) void fault(uint32_t epc, uint32_t caller, uint32_t cause);
 
 /** The tick's interrupt, from startup.S. */
 void on_tick(void);

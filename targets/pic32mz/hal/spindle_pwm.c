@@ -49,3 +49,8 @@ void spindle_pwm_init(const struct output_wire *wire) {
     /* Last: until then the port keeps the pin at its safe level. */
     RPR(wire->pin) = RPE3_IS_OC8;
 }
+
+void spindle_pwm_release(void) {
+    if (PIN_SPINDLE_PWM != PIN_NONE)
+        RPR(PIN_SPINDLE_PWM) = 0;
+}

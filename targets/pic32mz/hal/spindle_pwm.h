@@ -24,4 +24,7 @@ static HAL_INLINE void spindle_pwm_set(uint32_t ticks) {
     OC8RS = ticks;
 }
 
+/** [NMI] The pin is the port's, as outputs_make_safe() has set it. Until the next reset. */
+void spindle_pwm_release(void);
+
 #endif

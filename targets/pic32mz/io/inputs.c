@@ -96,13 +96,15 @@ void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT
         inputs->active_low |= (wire[input].active_high ? 0u : 1u) << input;
     }
     inputs->misc = inputs->misc_raw = read_misc(inputs);
-    inputs_set_levels(inputs, false, false, false);
+    inputs_set_levels(inputs, (struct input_senses){0});
 }
 
-void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_invert, bool toolsetter_invert) {
+void inputs_set_levels(struct inputs *inputs, struct input_senses senses) {
     uint32_t held = interrupts_hold();
-    inputs->inverted = (limit_invert ? INPUT_SWITCHES : 0) | (probe_invert ? 1u : 0u) << INPUT_PROBE |
-                       (toolsetter_invert ? 1u : 0u) << INPUT_TOOLSETTER;
+    inputs->inverted = (senses.limit_invert ? INPUT_SWITCHES : 0) |
+                       (senses.probe_invert ? 1u : 0u) << INPUT_PROBE |
+                       (senses.toolsetter_invert ? 1u : 0u) << INPUT_TOOLSETTER |
+                       (senses.estop_normally_open ? 1u : 0u) << INPUT_ESTOP;
     /* From the levels as they are: a changed polarity is not an edge. */
     inputs->raw = inputs->stable = read_pins(inputs);
     inputs->since_count = system_count();

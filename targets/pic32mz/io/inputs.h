@@ -35,8 +35,9 @@ struct inputs {
  */
 void inputs_init(struct inputs *inputs, const struct input_wire wire[INPUT_COUNT], const struct gang *gang);
 
-/** [task] $5, $6 and $72: at which level limits, home switches, probe and tool setter are on. */
-void inputs_set_levels(struct inputs *inputs, bool limit_invert, bool probe_invert, bool toolsetter_invert);
+/** [task] At which level limits, home switches, probe, tool setter and e-stop are on: as the board calls
+ * them, or the other way round. */
+void inputs_set_levels(struct inputs *inputs, struct input_senses senses);
 
 /** [start, interrupts off] From now on edges interrupt, and `machine` gets them. */
 void inputs_attach(struct inputs *inputs, struct machine *machine);

@@ -9,7 +9,8 @@
 
 #define BAUD         115200u
 #define CLOCKS_A_BIT 4u /* BRGH = 1 */
-#define BRG          ((CLOCK_BUS_HZ + CLOCKS_A_BIT * BAUD / 2u) / (CLOCKS_A_BIT * BAUD) - 1u)
+#define BRG_OF(hz)   (((hz) + CLOCKS_A_BIT * BAUD / 2u) / (CLOCKS_A_BIT * BAUD) - 1u)
+#define BRG          BRG_OF(CLOCK_BUS_HZ)
 
 /* Tables 12-21 and 12-22 */
 #define RPA14_IS_U3TX 1u
@@ -82,4 +83,19 @@ void uart_write(const char *bytes, size_t count) {
 
 uint32_t uart_room(void) {
     return ring_free(&uart.index, UART_OUT_SIZE);
+}
+
+void uart_send_on_backup_clock(const char *text) {
+    U3MODE = 0;
+    RPR(PIN_SERIAL_TX) = RPA14_IS_U3TX;
+    U3BRG = BRG_OF(CLOCK_BACKUP_HZ);
+    U3MODE = UMODE_BRGH | UMODE_ON;
+    U3STA = USTA_UTXEN;
+    while (*text != '\0') {
+        while ((U3STA & USTA_UTXBF) != 0) {
+        }
+        U3TXREG = (uint8_t)*text++;
+    }
+    while ((U3STA & USTA_TRMT) == 0) {
+    }
 }

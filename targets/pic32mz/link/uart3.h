@@ -20,6 +20,10 @@ void uart_write(const char *bytes, size_t count);
 /** [task] Bytes that uart_write() takes without waiting; grows at any moment. */
 uint32_t uart_room(void);
 
+/** [NMI, or start on the backup clock; interrupts off] Send this and wait until it is sent: PBCLK2 is
+ * CLOCK_BACKUP_HZ. The rate is 2 % off, and the backup clock as much again: most receivers read it. */
+void uart_send_on_backup_clock(const char *text);
+
 /** From startup.S. [isr] */
 void on_uart_rx(void);
 void on_uart_tx(void);

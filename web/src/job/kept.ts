@@ -20,6 +20,8 @@ export interface KeptPlace {
   why: string;
   /** What it was sent to. */
   machine: string;
+  /** Which start of it, if it says so; left out by earlier versions of the page. */
+  start?: string;
 }
 
 const DATABASE = "wificnc";
@@ -68,15 +70,35 @@ export function keepPlace(place: KeptPlace, job: KeptJob | null): Promise<void> 
   });
 }
 
-/** null: nothing is kept. */
+/** What was kept cannot be brought back. */
+export class DamagedError extends Error {}
+
+const isText = (value: unknown): boolean => typeof value === "string";
+
+/** Whether these are records that can be brought back: another version of the page may have written them. */
+export function isKept(job: unknown, place: unknown): boolean {
+  const [text, at] = [job as KeptJob | null | undefined, place as KeptPlace | null | undefined];
+  const isJob = isText(text?.id) && isText(text?.name) && isText(text?.source);
+  return isJob && isText(at?.id) && isText(at?.state) && isText(at?.why) && isText(at?.machine) && Number.isInteger(at?.line);
+}
+
+/** null: nothing is kept. Rejects with a DamagedError, in words for people, or when the browser does not keep it. */
 export async function readKept(): Promise<{ job: KeptJob; place: KeptPlace } | null> {
-  let [job, place]: [KeptJob | undefined, KeptPlace | undefined] = [undefined, undefined];
+  let [job, place]: [unknown, unknown] = [undefined, undefined];
   await transact((store) => {
     const [text, at] = [store.get("text"), store.get("place")];
-    text.onsuccess = () => (job = text.result as KeptJob | undefined);
-    at.onsuccess = () => (place = at.result as KeptPlace | undefined);
+    text.onsuccess = () => (job = text.result);
+    at.onsuccess = () => (place = at.result);
   }, "readonly");
-  return job && place && (job as KeptJob).id === (place as KeptPlace).id ? { job, place } : null;
+  if (job === undefined || place === undefined) return null;
+  if (!isKept(job, place)) throw new DamagedError(t`The job that this browser had kept is damaged and was discarded`);
+  const kept = { job: job as KeptJob, place: place as KeptPlace };
+  return kept.job.id === kept.place.id ? kept : null;
+}
+
+/** Whatever it is. */
+export function forgetDamaged(): Promise<void> {
+  return transact((store) => void store.clear());
 }
 
 /** Unless another tab's job is there by now. */

@@ -211,10 +211,15 @@ function notesOf(modes: Modes, known: boolean[], facts: MachineFacts): string[] 
   if (modes.stored)
     notes.push(t`Lines before store offsets (G10, G28.1, G30.1) or use the tool table (G43): they are assumed to be stored in the controller already.`);
   const still = [...AXES].filter((_, i) => i < Math.min(3, facts.axisCount) && !known[i]);
-  const [last = "", ...others] = still.reverse();
-  if (others.length > 0) notes.push(t`${others.reverse().join(", ")} and ${last} do not move: the lines before do not position them.`);
-  else if (last) notes.push(t`${last} does not move: the lines before do not position it.`);
+  if (still.length > 0) notes.push(stillWords(still));
   return notes;
+}
+
+/** @param axes  that the lines before do not position; one or more */
+export function stillWords(axes: readonly string[]): string {
+  const last = axes.at(-1)!;
+  if (axes.length === 1) return t`${last} does not move: the lines before do not position it.`;
+  return t`${axes.slice(0, -1).join(", ")} and ${last} do not move: the lines before do not position them.`;
 }
 
 function gWord(timesTen: number): string {

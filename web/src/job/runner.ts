@@ -3,16 +3,17 @@
  * cut: how far the job is, is what reports name as being moved (`Ln:`), and it is done when the machine rests after that.
  */
 import { computed, signal } from "@preact/signals";
-import type { Controller } from "../link/controller";
+import type { Break, Controller } from "../link/controller";
 import type { Status } from "../link/messages";
 import { alarmWords, errorWords } from "../tables";
 import { numbered, type JobLine, type Program } from "./program";
 import { t } from "../words";
 
-export type JobState = "none" | "ready" | "running" | "stopping" | "done" | "stopped" | "failed" | "lost" | "left";
+export type JobState = "none" | "ready" | "running" | "stopping" | "done" | "stopped" | "failed" | "lost" | "left" | "taken" | "restarted";
 
-export const ENDED: ReadonlySet<string> = new Set<JobState>(["done", "stopped", "failed", "lost", "left"]);
 const HELD = new Set(["Hold", "Door"]);
+/** Ended before its last line, so that a resume could follow. */
+export const INTERRUPTED: ReadonlySet<JobState> = new Set(["lost", "stopped", "failed", "left", "taken", "restarted"]);
 const AT_REST = new Set(["Idle", "Check"]);
 /** Reports in a row from one place, after which the machine is at rest. */
 const RESTING_REPORTS = 2;
@@ -39,7 +40,7 @@ export class JobRunner {
   readonly endedAt = signal(0);
   readonly active = computed(() => this.state.value === "running" || this.state.value === "stopping");
   /** It has been run: what starts it again is a decision of its own. */
-  readonly ended = computed(() => ENDED.has(this.state.value));
+  readonly ended = computed(() => this.state.value === "done" || INTERRUPTED.has(this.state.value));
 
   private readonly lines = signal<readonly JobLine[]>([]);
   private indexOf: ReadonlyMap<number, number> = new Map();
@@ -183,12 +184,19 @@ export class JobRunner {
     this.stop();
   }
 
-  private breakOff(what: "reset" | "lost" | "closed"): void {
+  private breakOff(what: Break): void {
+    if (what === "restarted") return this.loseMachine();
     if (!this.active.value) return;
-    if (what !== "reset") this.finish("lost", `${this.controller.lostWhy.value || t`the connection was closed`}; ${this.where()}`);
+    if (what === "taken") this.finish("taken", t`${this.controller.takenBy.value || t`Another client`} took control; ${this.where()}`);
+    else if (what !== "reset") this.finish("lost", `${this.controller.lostWhy.value || t`the connection was closed`}; ${this.where()}`);
     else if (this.state.value === "stopping")
       this.finish(this.byHand ? "stopped" : "failed", this.why.value);
     else this.finish("failed", t`the controller was reset; ${this.where()}`);
+  }
+
+  /** Also of a job that had ended before: nothing can be resumed at a place that is not known. */
+  private loseMachine(): void {
+    if (this.active.peek() || INTERRUPTED.has(this.state.peek())) this.finish("restarted", this.where());
   }
 
   private where(): string {

@@ -16,6 +16,20 @@ export type LinkState = "closed" | "opening" | "open" | "lost";
 /** Whose lines the controller takes. */
 export type Role = "owner" | "observer" | "nobody";
 
+/** Taken: by another client. Restarted: switched off, or by itself, so its position is lost. */
+export type Break = "reset" | "lost" | "closed" | "taken" | "restarted";
+
+export interface Memory {
+  load(): string | null;
+  save(text: string): void;
+}
+
+/** Of one start of a controller: the lines that answered each question. */
+interface Known {
+  start: string;
+  said: Partial<Record<Question, string[]>>;
+}
+
 export interface LogEntry {
   id: number;
   from: "me" | "controller" | "page";
@@ -27,6 +41,8 @@ export interface LogEntry {
 const ASK_MOVING_MS = 100;
 const ASK_RESTING_MS = 250;
 const SILENT_MS = 3000;
+/** A network link on which nothing comes for so long is given up: a new one is opened. */
+const DEAD_MS = 5000;
 const LOG_LINES = 500;
 /** A board that starts when its port is opened says something within this time. */
 const FIRST_WORD_MS = 6000;
@@ -37,6 +53,8 @@ const MOVING = new Set(["Run", "Jog", "Home"]);
 /** States in which Grbl answers every question. */
 const ANSWERS_IN = new Set(["Idle", "Alarm"]);
 const OBSERVER = /^Observer: | is in control$/;
+const OBSERVED = /^Observer: (.+) is in control/;
+const IN_CONTROL = /^In control$/;
 const NOBODY = /^No client is in control/;
 const LOCKED = /^(Locked: log in|Wrong access key)/;
 /** Answers to lines that the controller has not looked at: not logged in, an observer. */
@@ -83,8 +101,16 @@ export class Controller {
   readonly lostWhy = signal("");
   readonly role = signal<Role>("nobody");
   readonly locked = signal(false);
+  /** Who is in control, while this page only views; "": not known. */
+  readonly takenBy = signal("");
   /** No report came for a while. */
   readonly silent = signal(false);
+  /** Names of the keys that were pressed meanwhile, and were not sent. */
+  readonly dropped = signal<readonly RealtimeName[]>([]);
+  /** Another one after each start of the controller; "": it does not say. */
+  readonly startId = signal("");
+  /** The controller was switched off or restarted since this page knew its position, and nobody has homed it or set a zero. */
+  readonly positionLost = signal(false);
   readonly status = signal<Status | null>(null);
   readonly wco = signal<number[]>([]);
   readonly overrides = signal<[number, number, number]>([100, 100, 100]);
@@ -142,7 +168,10 @@ export class Controller {
   onReport: (status: Status) => void = () => {};
   onAlarm: (code: number) => void = () => {};
   /** The controller has started again, or the connection was closed: what was under way is void. */
-  onBreak: (what: "reset" | "lost" | "closed") => void = () => {};
+  onBreak: (what: Break) => void = () => {};
+
+  /** What was answered to questions is kept here over a reload, for a hold and an observer, whose questions are not read. */
+  memory: Memory = { load: () => null, save: () => {} };
 
   /** Whether the page may put questions of its own: not between the lines of a job. */
   mayAsk: () => boolean = () => true;
@@ -157,6 +186,8 @@ export class Controller {
   private askedAt = 0;
   private heardAt = 0;
   private waitsForReport = false;
+  /** ... since: a tab in the background asks once a minute, and its link is alive. */
+  private waitsSince = 0;
   /** Reports that came, and those that were asked for since the last one. */
   private heard = 0;
   private unheard = 0;
@@ -167,6 +198,8 @@ export class Controller {
   private refusedIn = "";
   private asking = false;
   private reportAsked = false;
+  /** The next report is to have all fields: which start of the controller it is. */
+  private asksStart = true;
   private firstWord: (() => void) | null = null;
 
   /** Open a link and get to know the controller. Rejects with a LinkError. */
@@ -225,6 +258,7 @@ export class Controller {
     this.learn(text, answer);
     if (homes) this.homing.value = false;
     if (!homes || answer.kind !== "ok") return answer;
+    if (text === "$H") this.positionLost.value = false;
     if (text === "$H" && this.unknown.has("$$")) await this.refresh("$$"); // which has the cycles
     this.homed.value += this.homesAxes(text);
     return answer;
@@ -280,6 +314,7 @@ export class Controller {
   }
 
   private ask(text: string, quiet: boolean): Promise<Answer> {
+    if (this.isDead) return Promise.resolve({ kind: "lost" });
     return new Promise((resolve) => {
       this.queue.put({ text, quiet, settle: resolve });
       this.flush();
@@ -296,6 +331,7 @@ export class Controller {
 
   /** A byte that acts immediately, by its name. */
   realtime(name: RealtimeName): void {
+    if (this.isDead && name !== "STATUS" && name !== "FULL_STATUS") return this.drop(name);
     if (name === "RESUME" || name === "PARK") this.notParked.value = "";
     if (name === "RESUME") this.unpark();
     if (name === "JOG_CANCEL") this.queue.callOffJogs();
@@ -303,8 +339,18 @@ export class Controller {
     this.write(Uint8Array.of(TABLES.realtime[name]));
   }
 
+  /** What is sent now would arrive when no one expects it any more. */
+  private get isDead(): boolean {
+    return this.silent.peek() && !this.isSerial;
+  }
+
+  private drop(name: RealtimeName): void {
+    this.dropped.value = [...this.dropped.peek(), name];
+    this.note("page", t`Not sent, because the controller does not answer: ${name}`, true);
+  }
+
   reset(): void {
-    this.resetAsked = true;
+    this.resetAsked = !this.isDead;
     this.realtime("RESET");
   }
 
@@ -374,7 +420,36 @@ export class Controller {
     if (answer.kind === "ok") {
       this.unknown.delete(text);
       if (text === "$$") this.settings.value = settingsIn(answer.said);
+      this.remember(text, answer.said);
     } else if (answer.kind === "error") this.refusedIn = this.state.peek();
+  }
+
+  private remember(question: Question, said: string[]): void {
+    const start = this.startId.peek();
+    if (!start) return;
+    this.memory.save(JSON.stringify({ start, said: { ...this.remembered()?.said, [question]: said } } satisfies Known));
+  }
+
+  /** null: of another start, of none, or damaged. */
+  private remembered(): Known | null {
+    try {
+      const known = JSON.parse(this.memory.load() ?? "null") as Known | null;
+      return known && known.start === this.startId.peek() && typeof known.said === "object" ? known : null;
+    } catch {
+      return null;
+    }
+  }
+
+  /** Until the controller answers: it is asked again as soon as it reads lines. */
+  private recall(): void {
+    const said = this.remembered()?.said ?? {};
+    for (const question of QUESTIONS) {
+      const lines = said[question];
+      if (!this.unknown.has(question) || !Array.isArray(lines)) continue;
+      if (question === "$$" && this.settings.peek().size === 0) this.settings.value = settingsIn(lines);
+      for (const message of lines.map(parse))
+        if (message.kind === "bracket" && message.key !== "MSG" && message.key !== "START") this.takeBracket(message.key, message.body);
+    }
   }
 
   note(from: LogEntry["from"], text: string, bad = false): void {
@@ -388,6 +463,7 @@ export class Controller {
   }
 
   private begin(transport: Transport): void {
+    if (this.linkName.peek() && this.linkName.peek() !== transport.name) this.startId.value = ""; // another machine
     batch(() => {
       this.link.value = "opening";
       this.linkName.value = transport.name;
@@ -403,6 +479,8 @@ export class Controller {
       this.notParked.value = "";
       this.version.value = this.options.value = this.modes.value = "";
     });
+    this.takenBy.value = "";
+    this.asksStart = true;
     this.doubt(QUESTIONS);
     this.isSerial = transport.isSerial;
     this.splitter = new LineSplitter();
@@ -428,11 +506,17 @@ export class Controller {
     const now = performance.now();
     const every = MOVING.has(this.state.value) ? ASK_MOVING_MS : ASK_RESTING_MS;
     const mayBeSilent = this.homing.value || this.needsReset.value;
-    this.silent.value = !mayBeSilent && now - this.heardAt > SILENT_MS;
+    const since = Math.max(this.heardAt, this.waitsSince - ASK_RESTING_MS);
+    const silent_ms = mayBeSilent || !this.waitsForReport ? 0 : now - since;
+    this.silent.value = silent_ms > SILENT_MS;
+    if (silent_ms > DEAD_MS && !this.isSerial && !this.firstWord) return this.lose(t`nothing was received for ${DEAD_MS / 1000} s`);
     if (now - this.askedAt < (this.waitsForReport ? SILENT_MS / 2 : every)) return;
     this.askedAt = now;
+    if (!this.waitsForReport) this.waitsSince = now;
     this.waitsForReport = true;
+    if (this.asksStart) this.realtime("FULL_STATUS");
     this.realtime("STATUS");
+    this.asksStart = false;
   }
 
   private write(bytes: Uint8Array): void {
@@ -454,6 +538,7 @@ export class Controller {
 
   private hear(data: Uint8Array): void {
     this.heardAt = performance.now();
+    this.silent.value = false;
     batch(() => {
       for (const text of this.splitter.take(data)) this.take(text, parse(text));
     });
@@ -500,6 +585,7 @@ export class Controller {
     this.needsReset.value = this.waitsForReport = this.parked.value = false;
     this.notParked.value = this.driverSays.value = this.selfLock.value = "";
     this.askedAt = 0; // what was reported is old
+    this.asksStart = true;
     this.doubt(QUESTIONS);
     this.queue.forget();
     this.onBreak("reset");
@@ -510,6 +596,7 @@ export class Controller {
     this.heard++;
     this.unheard = 0;
     this.status.value = status;
+    if (status.start) this.takeStart(status.start);
     if (!HELD.has(status.state)) this.awaitedTool.value = null;
     if (!HELD.has(status.state) && this.parked.value) this.unpark(); // someone else has resumed it
     if (status.wco) this.takeOffset(status.wco);
@@ -526,6 +613,30 @@ export class Controller {
     this.onReport(status);
   }
 
+  /** Another start than the one whose position is known: over a lost link, a reload, and a change of clients. */
+  private takeStart(start: string): void {
+    const before = this.startId.peek();
+    this.startId.value = start;
+    if (before && before !== start) this.losePosition();
+    else if (this.version.peek() === "" && this.settings.peek().size === 0) this.recall();
+  }
+
+  /** A job that was kept over a reload was sent to this start of the controller. */
+  expectStart(start: string): void {
+    if (!start) return;
+    if (!this.startId.peek()) this.startId.value = start;
+    else if (this.startId.peek() !== start) this.losePosition();
+  }
+
+  private losePosition(): void {
+    this.homed.value = "";
+    this.positionLost.value = true;
+    this.restarted.value = false; // the notice of a reset says less
+    this.queue.forget();
+    this.onBreak("restarted");
+    this.doubt(QUESTIONS);
+  }
+
   /** Another offset than before: whoever changed it, the offsets and the work system may be others, too. */
   private takeOffset(wco: number[]): void {
     if (String(wco) !== String(this.wco.peek())) this.doubt(["$#", "$G"]);
@@ -535,6 +646,7 @@ export class Controller {
   private takeBracket(key: string, body: string): void {
     if (key === "MSG") this.takeMessage(body);
     else if (key === "VER") this.version.value = body;
+    else if (key === "START") this.takeStart(body);
     else if (key === "GC") this.modes.value = body;
     else if (key === "OPT") {
       this.options.value = body;
@@ -560,11 +672,19 @@ export class Controller {
     if (DRIVER_SAYS.test(body)) this.driverSays.value = body;
     if (LOCKED.test(body)) this.locked.value = true;
     if (NOBODY.test(body)) this.role.value = "nobody";
+    if (IN_CONTROL.test(body)) this.beInControl();
     if (!OBSERVER.test(body) || NOBODY.test(body)) return;
+    this.takenBy.value = OBSERVED.exec(body)?.[1] ?? "";
     this.role.value = "observer";
     this.homed.value = "";
     this.queue.forget();
-    this.onBreak("lost");
+    this.onBreak("taken");
+  }
+
+  /** By its message: the `ok` of `$TAKE` may come behind a line of before. */
+  private beInControl(): void {
+    this.role.value = "owner";
+    this.doubt(QUESTIONS);
   }
 }
 

@@ -23,6 +23,8 @@ export interface Status {
   accessories: string | null;
   /** A pendant has control (0x8B); left out: the report does not say. */
   mpg?: boolean;
+  /** Another one after each start of the controller; left out: the report does not say. */
+  start?: string;
 }
 
 export type Message =
@@ -98,6 +100,7 @@ function takeField(status: Status, key: string, value: string): boolean {
     return true;
   }
   if (key === "MPG") status.mpg = value === "1";
+  if (key === "Start") status.start = value;
   const numbers = value.split(",").map(Number);
   const known = ["MPos", "WPos", "WCO", "Bf", "Ln", "F", "FS", "Ov", "Amp"].includes(key);
   if (!known) return true;

@@ -50,6 +50,9 @@ function tomlValue(row: SettingRow, text: string): string {
 /** A line of `$$`, as every Grbl sender saves it, with or without its description. */
 const DOLLAR = /^\$(\d{1,5})\s*=\s*(-?[\d.]+)\s*([(;].*)?$/;
 
+/** Comments, and what else a terminal has saved: banner, alarm, messages, reports, what was typed. */
+const SAID = /^([;(#<>[]|Grbl\w* |ALARM:)/;
+
 /** As importText(), of a machine profile, too: that has a name. */
 export async function readSettings(text: string): Promise<Map<number, string>> {
   return isProfile(text) ? (await import("./profile")).readProfile(text) : importText(text);
@@ -73,7 +76,7 @@ function importDollars(text: string): Map<number, string> {
   const faults: string[] = [];
   text.split(/\r?\n/).forEach((raw, i) => {
     const line = raw.trim();
-    if (line === "" || line === "ok" || line === "$$" || /^[;(#<[]/.test(line)) return;
+    if (line === "" || line === "ok" || line === "$$" || SAID.test(line)) return;
     const [, number, value] = DOLLAR.exec(line) ?? [];
     const row = settingsOf(AXES.length).find((setting) => setting.number === Number(number))?.row;
     const problem = row && value !== undefined ? settingProblem(row, value) : "";

@@ -1,10 +1,10 @@
 /** The frame: header, tabs, and the tab that is open. */
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
-import { job } from "../app";
+import { attempt, job } from "../app";
 import { ControlTab } from "./control";
 import { Header, Notices } from "./header";
-import { JobTab } from "./job";
+import { JobTab, open as openJob } from "./job";
 import { later } from "./later";
 import { Icon, type IconName } from "./parts";
 import { SettingsTab } from "./settings";
@@ -46,6 +46,19 @@ window.addEventListener("hashchange", () => (open.value = tabOfAddress()));
 window.addEventListener("beforeunload", (event) => {
   if (job.active.peek()) event.preventDefault();
 });
+
+/** A file that is dropped anywhere is a job: the browser would show it in place of the page, and the link would be lost. */
+function onDrag(event: DragEvent): void {
+  if (!event.dataTransfer?.types.includes("Files")) return;
+  event.preventDefault();
+  const file = event.type === "drop" ? event.dataTransfer.files[0] : undefined;
+  if (!file) return;
+  void attempt(() => openJob(file));
+  show(TABS.find((tab) => tab.id === "job")!);
+}
+
+window.addEventListener("dragover", onDrag);
+window.addEventListener("drop", onDrag);
 
 function tabOfAddress(): Tab {
   return TABS.find((tab) => `#${tab.id}` === location.hash) ?? TABS[0]!;

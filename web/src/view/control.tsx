@@ -2,7 +2,7 @@
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect, useLayoutEffect } from "preact/hooks";
-import { attempt, controller, fail, failure, job, noLines, noMotion } from "../app";
+import { attempt, axesShown, controller, fail, failure, job, noLines, noMotion } from "../app";
 import { combined, heldFeed, Jogger, type Direction } from "../link/jog";
 import { AXES, settingNumber, type RealtimeName } from "../tables";
 import { Button, Card, Check, Icon, Progress, Segments, type IconName } from "./parts";
@@ -18,7 +18,9 @@ const STEPS = [0.01, 0.1, 1, 10, 100] as const;
 const HELD = 0;
 const FEED_MIN = 10;
 const FEED_USUAL = 1000;
-/** Of a machine that has not said how fast it is. */
+/** X, Y and Z. */
+const LINEAR = 3;
+/** Of a machine that has not reported how fast it is. */
 const FEED_MOST = 100_000;
 const MAX_RATE = settingNumber("max_rate_mm_min");
 
@@ -58,6 +60,8 @@ const JOB_STATES: Record<JobState, string> = {
   failed: msg`failed`,
   lost: msg`lost`,
   left: msg`left`,
+  taken: msg`taken by another client`,
+  restarted: msg`lost by a restart`,
 };
 
 function JobCard(): JSX.Element | null {
@@ -120,7 +124,7 @@ function hold(direction: Direction, by: string): void {
 }
 
 function fastest(): number {
-  const rates = [...AXES].map((_, i) => Number(controller.settings.value.get(MAX_RATE + i) ?? 0));
+  const rates = [...AXES].slice(0, LINEAR).map((_, i) => Number(controller.settings.value.get(MAX_RATE + i) ?? 0));
   return Math.max(...rates) || FEED_MOST;
 }
 
@@ -133,7 +137,7 @@ function JogCard(): JSX.Element {
   useKeyboard(keyboard.value);
   const can = canJog();
   useEffect(() => void (can || jogger.end()), [can]);
-  const has = (key: JogKey): boolean => Object.keys(key.direction).every((axis) => AXES.indexOf(axis) < (controller.axisCount.value || 3));
+  const has = (key: JogKey): boolean => Object.keys(key.direction).every((axis) => AXES.indexOf(axis) < axesShown.value);
   const turning = TURNING.filter(has);
   return (
     <Card title={t`Jog`} tools={<Check label={t`Keyboard`} checked={keyboard.value} onChange={(on) => (keyboard.value = on)} />}>
@@ -168,7 +172,7 @@ function JogCard(): JSX.Element {
         </label>
       </div>
       <p class={`small soft hide-narrow ${keyboard.value ? "" : "unseen"}`}>
-        {t`Arrow keys jog X and Y, two held at once diagonally. Page Up and Page Down jog Z. Escape stops.`}
+        {t`Arrow keys jog X and Y, two held together diagonally. Page Up and Page Down jog Z. Escape stops.`}
       </p>
     </Card>
   );

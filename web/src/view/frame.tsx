@@ -1,7 +1,7 @@
 /** The outline of the loaded job, before its first cut: tool up, or the laser at low power. */
 import { useSignal } from "@preact/signals";
 import type { JSX } from "preact";
-import { controller, noMotion, preflight, standing } from "../app";
+import { controller, noMotion, noPlace, preflight, standing } from "../app";
 import { LASER_LIMIT_PCT, planFrame, type FramePlan, type FrameWish } from "../job/frame";
 import { settingNumber } from "../tables";
 import { Button, Dialog, Field, Notice, StartStop } from "./parts";
@@ -12,7 +12,7 @@ const USUAL: FrameWish = { feed_mm_min: 2000, lift_mm: 5, power_pct: 0 };
 
 export function FrameButton(): JSX.Element {
   const open = useSignal(false);
-  const why = preflight.result.value ? noMotion.value : t`The preflight has not finished.`;
+  const why = preflight.result.value ? noPlace.value || noMotion.value : t`The preflight has not finished.`;
   return (
     <>
       <Button why={why} title={t`Move once around the bounds of the job`} onClick={() => (open.value = true)} testId="frame">

@@ -244,6 +244,8 @@ export function Notices(): JSX.Element {
           </Notice>
         )}
         <LostNotice />
+        <SilentNotice />
+        <PositionNotice />
         <RestartNotice />
         <LockedNotice />
         <ObserverNotice />
@@ -279,15 +281,49 @@ function LostNotice(): JSX.Element | null {
   );
 }
 
+/** A link that is dead but not closed: nothing that is pressed acts. */
+function SilentNotice(): JSX.Element | null {
+  if (!controller.connected.value || !controller.silent.value) return null;
+  return (
+    <Notice
+      kind="bad"
+      title={t`The controller does not answer: Hold and Reset do not reach the machine`}
+      text={t`Use the emergency stop at the machine. What you press here is not sent.`}
+    />
+  );
+}
+
+/** Nothing that was set before is where it was: homing or a new zero, which the operator confirms, ends it. */
+function PositionNotice(): JSX.Element | null {
+  if (!controller.connected.value || !controller.positionLost.value) return null;
+  return (
+    <Notice
+      kind="bad"
+      title={t`The controller was switched off or restarted: its position is lost`}
+      text={t`Home the machine, or jog to the work and set a new zero. Until then the job cannot be resumed.`}
+    >
+      <Button size="small" onClick={() => (controller.positionLost.value = false)} testId="zero-is-new">
+        {t`I have set a new zero`}
+      </Button>
+    </Notice>
+  );
+}
+
 function BackNotice(): JSX.Element {
   const { lost_s, job: lines } = reconnected.value!;
+  const dropped = controller.dropped.value;
+  const close = (): void => {
+    reconnected.value = null;
+    controller.dropped.value = [];
+  };
   return (
     <Notice
       kind="warn"
       title={t`Connected again after ${lost_s} s`}
       text={lines ? t`The job is not being sent any more. ${lines}` : t`What the machine did meanwhile was not seen here.`}
     >
-      <Button size="small" onClick={() => (reconnected.value = null)}>
+      {dropped.length > 0 && <strong class="small">{t`Pressed meanwhile and not sent: ${dropped.join(", ")}`}</strong>}
+      <Button size="small" onClick={close}>
         {t`Close`}
       </Button>
     </Notice>
@@ -348,13 +384,17 @@ function ObserverNotice(): JSX.Element | null {
   if (!controller.connected.value || controller.role.value !== "observer") return null;
   const take = (): void => void attempt(takeOver);
   return (
-    <Notice kind="info" title={t`View only`} text={t`Another client is in control of this controller. Hold works here, too.`}>
+    <Notice
+      kind="info"
+      title={t`View only`}
+      text={t`${controller.takenBy.value || t`Another client`} is in control of this controller. Hold works here, too.`}
+    >
       <Button size="small" onClick={() => (isUnderWay() ? (asks.value = true) : take())} testId="take">
         {t`Take control`}
       </Button>
       {asks.value && (
         <Dialog title={t`Take control of a machine at work?`} onClose={() => (asks.value = false)}>
-          <p>{t`Another client is sending a job or moves the machine. Its lines are refused from then on, and its job stays unfinished.`}</p>
+          <p>{t`Another client is sending a job or moves the machine. The machine is held, lines that have not begun are refused, and its job stays unfinished.`}</p>
           <div class="row">
             <Button kind="danger" onClick={() => ((asks.value = false), take())} testId="take-anyway">
               {t`Take control anyway`}
@@ -369,7 +409,6 @@ function ObserverNotice(): JSX.Element | null {
 
 async function takeOver(): Promise<void> {
   await controller.send("$TAKE");
-  await controller.getToKnow();
 }
 
 /** The emergency stop, as Grbl and grblHAL number it. */

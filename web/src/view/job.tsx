@@ -2,7 +2,7 @@
 import { useSignal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
-import { attempt, checkJob, controller, fail, isStale, job, noLines, preflight, standing } from "../app";
+import { attempt, checkJob, controller, fail, isStale, job, noLines, noPlace, preflight, standing } from "../app";
 import { describe, secondsAtLine, secondsLeft, type Preflight } from "../job/preflight";
 import type { Report } from "../job/core";
 import { laserWarning } from "../job/engraving";
@@ -62,12 +62,7 @@ function Drop(): JSX.Element {
         over.value = true;
       }}
       onDragLeave={() => (over.value = false)}
-      onDrop={(event) => {
-        event.preventDefault();
-        over.value = false;
-        const file = event.dataTransfer?.files[0];
-        if (file) void attempt(() => open(file));
-      }}
+      onDrop={() => (over.value = false)}
     >
       <strong>{t`Drop a G-code file here`}</strong>
       <span class="small">{t`The file is not uploaded. The path and the time are computed by the controller's core in this browser.`}</span>
@@ -83,7 +78,8 @@ function close(): void {
   preflight.forget();
 }
 
-async function open(file: File): Promise<void> {
+/** Rejects with what forbids it: nothing is changed then. */
+export async function open(file: File): Promise<void> {
   if (job.active.value) throw new Error(t`A job is running: stop it first`);
   job.unload(); // also when the new file cannot be read: what is shown is what Start would send
   preflight.forget();
@@ -152,7 +148,7 @@ function CheckCard(): JSX.Element | null {
   return (
     <Card title={t`Preflight`} tools={<Button size="small" onClick={() => void attempt(checkJob)}>{t`Check again`}</Button>}>
       {report.error_count === 0 ? (
-        travel(done).length === 0 && <Notice kind="good" title={t`Check passed`} />
+        travel(done).length === 0 && !noPlace.value && <Notice kind="good" title={t`Check passed`} />
       ) : (
         <Notice kind="bad" title={report.error_count === 1 ? t`One line is refused` : t`${report.error_count} lines are refused`} />
       )}
@@ -255,6 +251,8 @@ const RESULT: Record<string, { kind: "good" | "warn" | "bad"; title: string }> =
   stopped: { kind: "warn", title: msg`The job was stopped` },
   failed: { kind: "bad", title: msg`The job ended with an error` },
   lost: { kind: "bad", title: msg`The connection was lost during the job` },
+  taken: { kind: "bad", title: msg`Another client took control during the job` },
+  restarted: { kind: "bad", title: msg`The controller restarted: this job cannot be resumed` },
   left: { kind: "bad", title: msg`This page was closed or loaded again during the job` },
 };
 
@@ -262,6 +260,7 @@ const RESULT: Record<string, { kind: "good" | "warn" | "bad"; title: string }> =
 function doubts(): string[] {
   const done = preflight.result.value;
   if (!done || isStale.value) return [t`The preflight has not finished.`];
+  if (noPlace.value) return [noPlace.value];
   const { error_count } = done.report;
   const lines = error_count === 1 ? t`One line is refused` : t`${error_count} lines are refused`;
   return [...(error_count > 0 ? [t`${lines}: the job will stop there.`] : []), ...travel(done).map((finding) => finding.text)];
@@ -336,7 +335,7 @@ function RunCard(): JSX.Element {
       </dl>
       <ResumeBar />
       {result && <Notice kind={result.kind} title={tr(result.title)} text={job.why.value} />}
-      {notKept.value && <p class="small soft">{t`This browser does not keep the job (${notKept.value}): a reload of the page loses it.`}</p>}
+      {notKept.value && <Notice kind="warn" title={t`This browser does not keep the job (${notKept.value}): a reload of the page loses it.`} />}
     </Card>
   );
 }
@@ -390,7 +389,7 @@ function ResumeBar(): JSX.Element {
             data-test="resume-line"
           />
         </Field>
-        <Button why={why} onClick={() => void make()} testId="resume-plan">
+        <Button why={noPlace.value || why} onClick={() => void make()} testId="resume-plan">
           {isPartly ? t`Prepare resume` : t`Prepare start`}
         </Button>
         <Button icon="play" why={why} disabled={!ended} onClick={() => (asks.value = true)} testId="run-again">

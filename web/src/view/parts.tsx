@@ -57,7 +57,7 @@ export interface ButtonProps {
   testId?: string;
 }
 
-export type Machine = "starts" | "stops" | "sets";
+type Machine = "starts" | "stops" | "sets";
 
 export function Button(props: ButtonProps): JSX.Element {
   const { kind = "plain", size = "usual", icon, label, children } = props;
@@ -190,7 +190,7 @@ export function Progress(props: { value: number | null; label: string }): JSX.El
   return <progress class="progress" aria-label={props.label} max={1} value={props.value ?? undefined} />;
 }
 
-/** A modal question. Escape, and the cross, are "no". What is said in it makes it grow upwards: its actions, at the bottom,
+/** A modal question. Escape, and the cross, are "no". Text that appears in it makes it grow upwards: its actions, at the bottom,
  * stay where they are. */
 export function Dialog(props: { title: string; onClose: () => void; actions?: ComponentChildren; children: ComponentChildren }): JSX.Element {
   const dialog = useRef<HTMLDialogElement>(null);

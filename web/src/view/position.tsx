@@ -2,7 +2,7 @@
 import { signal, useSignal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect, useRef } from "preact/hooks";
-import { attempt, controller, noHoming, noMotion, standing } from "../app";
+import { attempt, axesShown, controller, noHoming, noMotion, noPlace, standing } from "../app";
 import { typedPosition, WORK_SYSTEMS } from "../link/offsets";
 import { modesNow, type Status } from "../link/messages";
 import { planZero, type ZeroFacts, type ZeroPlan } from "../link/zero";
@@ -18,7 +18,7 @@ const typing = signal("");
 const MM_PER_INCH = 25.4;
 
 export function PositionCard(): JSX.Element {
-  const axes = [...AXES.slice(0, controller.axisCount.value || 3)];
+  const axes = [...AXES.slice(0, axesShown.value)];
   const asks = useSignal(false);
   const zeroAll = (): Promise<void> => setPosition(Object.fromEntries(axes.map((axis) => [axis, 0])), t`zero of all axes`);
   const last = lastZero.value;
@@ -67,6 +67,7 @@ export function zeroFacts(): ZeroFacts {
 
 /** @returns whether someone has to say first how far Z lifts */
 async function goToZero(lift_mm: number | null): Promise<boolean> {
+  if (noPlace.value) throw new Error(noPlace.value);
   return goBy(() => planZero(zeroFacts(), lift_mm));
 }
 
@@ -283,7 +284,7 @@ export function spindleWords(status: Status | null): string {
 
 function Lamps(): JSX.Element {
   const pins = controller.status.value?.pins ?? "";
-  const axes = [...AXES.slice(0, controller.axisCount.value)];
+  const axes = [...AXES.slice(0, axesShown.value)];
   const feedNow = controller.status.value?.feed ?? 0;
   const spindle = spindleWords(controller.status.value);
   return (

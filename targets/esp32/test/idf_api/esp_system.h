@@ -18,7 +18,13 @@ typedef enum {
     ESP_RST_BROWNOUT,
     ESP_RST_SDIO,
     ESP_RST_USB,
+    ESP_RST_JTAG,
+    ESP_RST_EFUSE,
+    ESP_RST_PWR_GLITCH,
+    ESP_RST_CPU_LOCKUP,
 } esp_reset_reason_t;
 
 esp_reset_reason_t esp_reset_reason(void);
+typedef void (*shutdown_handler_t)(void);
+esp_err_t esp_register_shutdown_handler(shutdown_handler_t handler);
 void esp_restart(void) __attribute__((noreturn));
