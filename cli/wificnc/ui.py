@@ -29,10 +29,11 @@ PLAIN_HANDLER = "wificnc.plain"
 
 
 def use_plain_characters() -> None:
-    """A locale without UTF-8 does not stop anything: what it cannot show is written in ASCII."""
+    """A locale without UTF-8 does not stop anything: what it cannot show is written in ASCII. So is a file's name
+    that is not in UTF-8."""
     codecs.register_error(PLAIN_HANDLER, _plain)
     for stream in (sys.stdout, sys.stderr):
-        if isinstance(stream, io.TextIOWrapper) and not _is_utf8(stream.encoding):
+        if isinstance(stream, io.TextIOWrapper) and (stream.errors == "strict" or not _is_utf8(stream.encoding)):
             stream.reconfigure(errors=PLAIN_HANDLER)
 
 

@@ -118,6 +118,22 @@ def test_a_bad_file_of_another_kind(cli: Cli, tmp_path: Path, command: str, cont
     assert run(cli, OTHERS[command], tmp_path / "bad", tmp_path)[0] in (1, 2, 6)
 
 
+@pytest.mark.skipif(sys.platform in ("win32", "darwin"), reason="its names of files are Unicode")
+@pytest.mark.parametrize(
+    "words",
+    [("sim",), ("sim", "--json", "-"), ("check", "--machine", "baseline"), ("boards", "check"), ("nvs", "read")],
+)
+@pytest.mark.parametrize("exists", [True, False])
+def test_a_name_that_is_not_utf8(tmp_path: Path, words: tuple[str, ...], exists: bool) -> None:
+    file = os.fsencode(tmp_path) + b"/a\xff.nc"
+    if exists:
+        Path(os.fsdecode(file)).write_text("G91G1X1F600\n")
+    environment = {**os.environ, "PYTHONIOENCODING": "utf-8:strict"}
+    command = [sys.executable, "-m", "wificnc", *words, file]
+    done = subprocess.run(command, capture_output=True, env=environment, timeout=HANG_S, check=False)
+    assert done.returncode in (0, 1, 2, 3, 6) and b"Traceback" not in done.stderr
+
+
 # ---- where the output goes ----
 
 SAYS = {
