@@ -130,6 +130,7 @@ def test_the_laser_is_lit_only_while_the_button_is_held(socket_link: Callable[..
     console.by("fire-time_s").fill("10")
     page.clock.install()
     for end in ("up", "blur", "pagehide", "limit"):
+        expect(console.by("fire-hold")).to_be_enabled()
         console.by("fire-hold").hover()
         page.mouse.down()
         expect(facts(console)).to_contain_text("30 rpm")
@@ -152,6 +153,7 @@ def test_the_beam_ends_with_the_link_and_the_dialog(socket_link: Callable[..., C
     console = socket_link(settings=LASER)
     console.by("fire").click()
     console.by("fire-time_s").fill("10")
+    expect(console.by("fire-hold")).to_be_enabled()
     console.by("fire-hold").focus()
     console.page.keyboard.down(" ")
     expect(facts(console)).to_contain_text("10 rpm")
@@ -162,6 +164,7 @@ def test_the_beam_ends_with_the_link_and_the_dialog(socket_link: Callable[..., C
     console.page.keyboard.up(" ")
     console.by("fire").click()
     console.by("fire-time_s").fill("10")  # a new dialog: 2 s could be over before the link is cut
+    expect(console.by("fire-hold")).to_be_enabled()
     console.by("fire-hold").hover()
     console.page.mouse.down()
     expect(facts(console)).to_contain_text("10 rpm")

@@ -100,10 +100,14 @@ export function guardPresses(): void {
   let timer: ReturnType<typeof setTimeout> | undefined;
   let down: { element: Element | null; meaning: string; acts: boolean } | null = null;
 
-  const look = (isScrolled = false): void => {
+  let scrolled = "";
+
+  const look = (isInnerScroll = false): void => {
     const now_ms = performance.now();
     const controls = visible();
-    guard.look(controls, now_ms, isScrolled);
+    const before = scrolled;
+    scrolled = `${window.scrollX} ${window.scrollY}`; // its event may come after the press
+    guard.look(controls, now_ms, isInnerScroll || scrolled !== before);
     const ends = [...controls.keys()].map((control) => {
       const until_ms = guard.deadUntil_ms(control, now_ms);
       if (until_ms > 0) control.setAttribute("aria-disabled", "true");
