@@ -32,7 +32,7 @@ struct settings {
     uint8_t report_mask;
     /** $11 [mm] 0..10: Junction deviation: larger values are faster through corners. */
     float junction_deviation_mm;
-    /** $12 [mm] 0.001..10: Maximum distance of the chords of an arc from the true arc. */
+    /** $12 [mm] 0.0001..10: Maximum distance of the chords of an arc from the true arc. */
     float arc_tolerance_mm;
     /** $13: Report positions and rates in inches. Settings stay in mm. */
     bool report_inches;

@@ -19,7 +19,7 @@ const struct setting_row setting_rows[SETTINGS_ROW_COUNT] = {
     {8, FIELD(second_dir_invert_mask), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 0, 63, 0, 0x010},
     {10, FIELD(report_mask), SETTING_TYPE_U8, 1, 0, STATUS_BAD_NUMBER, 0, 7, 1, 0x100},
     {11, FIELD(junction_deviation_mm), SETTING_TYPE_FLOAT, 1, 3, STATUS_BAD_NUMBER, 0, 10, 0.01F, 0x001},
-    {12, FIELD(arc_tolerance_mm), SETTING_TYPE_FLOAT, 1, 3, STATUS_BAD_NUMBER, 0.001F, 10, 0.002F, 0x004},
+    {12, FIELD(arc_tolerance_mm), SETTING_TYPE_FLOAT, 1, 3, STATUS_BAD_NUMBER, 0.0001F, 10, 0.002F, 0x004},
     {13, FIELD(report_inches), SETTING_TYPE_BOOL, 1, 0, STATUS_BAD_NUMBER, 0, 1, 0, 0x100},
     {20, FIELD(soft_limits), SETTING_TYPE_BOOL, 1, 0, STATUS_BAD_NUMBER, 0, 1, 0, 0x004},
     {21, FIELD(hard_limits), SETTING_TYPE_BOOL, 1, 0, STATUS_BAD_NUMBER, 0, 1, 0, 0x040},

@@ -133,6 +133,7 @@ export class Controller {
   /** Every report, and every alarm, in the order in which they came: signals show the last one of a burst. */
   onReport: (status: Status) => void = () => {};
   onAlarm: (code: number) => void = () => {};
+  onMessage: (text: string) => void = () => {};
   /** The controller has started again, or the connection was closed: what was under way is void. */
   onBreak: (what: "reset" | "lost" | "closed") => void = () => {};
 
@@ -531,6 +532,7 @@ export class Controller {
   }
 
   private takeMessage(body: string): void {
+    this.onMessage(body);
     if (NEEDS_RESET.test(body)) this.needsReset.value = true;
     const tool = TOOL_CHANGE.exec(body)?.[1];
     if (tool) this.awaitedTool.value = Number(tool);

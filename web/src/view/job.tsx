@@ -308,6 +308,7 @@ function RunCard(): JSX.Element {
         {!controller.connected.value && <span class="small soft">{t`Connect first.`}</span>}
         {controller.connected.value && !ready && !job.active.value && <span class="small soft">{t`The machine must be idle.`}</span>}
       </div>
+      {job.says.value && <Notice kind="warn" title={job.says.value} text={controller.state.value === "Hold" ? t`The program waits for Resume.` : ""} />}
       <Progress value={total ? job.executed.value / total : 0} label={t`Lines executed`} />
       <dl class="facts">
         <dt>{t`Lines`}</dt>
