@@ -112,3 +112,8 @@ def test_a_typed_line_keeps_its_blanks() -> None:
 def test_a_typed_text_of_a_tool_with_a_command_is_refused() -> None:
     with pytest.raises(UserError, match="feed hold"):
         typed_line("G10 L1 P2 Z1 (6 mm!)")
+
+
+def test_a_line_with_a_message_alone_is_sent() -> None:
+    lines = read_program("job.nc", b"(start)\n(MSG, turn it over)\nG0X1\n(done, it is)\n").lines
+    assert [line.wire for line in ready(lines)] == [b"N2(MSG, turn it over)\n", b"N3G0X1\n"]
