@@ -5,7 +5,7 @@
 #define WIFICNC_CONFIG_H
 
 #define LINE_SIZE          257 /* characters of a line and its NUL; one character more is error:11 */
-#define LINE_COMMENT_SIZE  40  /* characters of a line's comment that messages show */
+#define LINE_COMMENT_SIZE  80  /* characters of a line's comment that messages show */
 #define GRBL_LINE_SIZE     80  /* the same of Grbl's: what $N0= and $I= store, and lines for any controller */
 #define RX_SIZE            2048 /* bytes a character-counting sender may keep in flight */
 #define SEGMENT_QUEUE_SIZE 192  /* segments of a batch of motion with its stop */

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "input/line_reader.h"
 
+#include "input/text_byte.h"
+
 #include <string.h> // memchr
 
 /* Why characters are not simply stored right now. At most one of BROKEN and the first three at a time, as in
@@ -162,20 +164,38 @@ void line_reader_pass(struct line_reader *reader, uint8_t end) {
 }
 
 static char shown(char character) {
+    if ((uint8_t)character == TEXT_LETTER)
+        return '?';
     return character == '[' ? '(' : character == ']' ? ')' : character == '|' ? '/' : character;
+}
+
+/* The comma of MSG, PRINT, or DEBUG, at the beginning of the comments; NULL: it is none of these. */
+static const char *message_mark(const char *from, const char *end) {
+    static const char marks[][6] = {"MSG", "PRINT", "DEBUG"};
+    while (from != end && *from == ' ')
+        from++;
+    for (unsigned i = 0; i < sizeof marks / sizeof marks[0]; i++) {
+        const char *at = from, *mark = marks[i];
+        while (at != end && *mark != '\0' && (*at & ~32) == *mark)
+            at++, mark++;
+        if (*mark == '\0' && at != end && *at == ',')
+            return at;
+    }
+    return NULL;
+}
+
+bool line_reader_has_message(const struct line_reader *reader) {
+    return message_mark(reader->comment, reader->comment + reader->commented) != NULL;
 }
 
 bool line_reader_comment(const struct line_reader *reader, char *text, size_t size) {
     const char *from = reader->comment;
     const char *end = from + reader->commented;
     const bool is_given = from != end;
-    enum { MARK = 4 };
+    const char *mark = message_mark(from, end);
     size_t count = 0;
-    while (from != end && *from == ' ')
-        from++;
-    if (end - from >= MARK && (from[0] | 32) == 'm' && (from[1] | 32) == 's' && (from[2] | 32) == 'g' &&
-        from[3] == ',')
-        from += MARK;
+    if (mark != NULL)
+        from = mark + 1;
     while (from != end && *from == ' ')
         from++;
     while (from != end && end[-1] == ' ')

@@ -47,8 +47,11 @@ enum line_result line_reader_put(struct line_reader *reader, uint8_t byte);
 size_t line_reader_take(struct line_reader *reader, const uint8_t *bytes, size_t count,
                         enum line_result *result);
 
-/** The comment of the line, as messages show it: without blanks at its ends, and without the MSG, that some
- * programs write for senders; the marks of a report are others.
+/** The line's comment begins with MSG, PRINT, or DEBUG, (LinuxCNC, grblHAL): it is meant for the operator. */
+bool line_reader_has_message(const struct line_reader *reader);
+
+/** The comment of the line, as messages show it: without blanks at its ends, and without such a beginning;
+ * the marks of a report are others.
  *  @return false: it has none, and text is "". A comment of blanks is one, and "", too */
 bool line_reader_comment(const struct line_reader *reader, char *text, size_t size);
 

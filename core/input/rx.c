@@ -2,6 +2,7 @@
 #include "input/rx.h"
 
 #include "input/line_reader.h" // LINE_GAP
+#include "input/text_byte.h"
 
 void rx_init(struct rx *rx) {
     rx->index = rx->override_index = (struct ring){0, 0};
@@ -10,7 +11,7 @@ void rx_init(struct rx *rx) {
     for (unsigned loss = 0; loss < RX_LOSSES; loss++)
         rx->gaps[loss] = 0;
     rx->gap_at = rx->index.head - 1;
-    rx->lost_byte = 0;
+    rx->lost_byte = rx->text_left = 0;
     rx->aside = RX_ASIDE_NONE;
 }
 
@@ -83,7 +84,10 @@ static inline bool is_of_stream(uint8_t byte) {
 }
 
 /* @return true when the byte was none of the stream. */
-static bool take_out(struct rx *rx, uint8_t byte) {
+static bool take_out(struct rx *rx, uint8_t *of_stream) {
+    if (!text_byte(&rx->text_left, of_stream))
+        return true;
+    const uint8_t byte = *of_stream;
     if (is_of_stream(byte))
         return false;
     uint32_t bit = realtime_bit(byte);
@@ -102,7 +106,7 @@ static bool store(struct rx *rx, uint8_t byte) {
 }
 
 bool rx_put(struct rx *rx, uint8_t byte) {
-    return take_out(rx, byte) || store(rx, byte);
+    return take_out(rx, &byte) || store(rx, byte);
 }
 
 /* Bytes of the stream, up to one that acts or the end of the room in one piece. */
@@ -115,6 +119,8 @@ static size_t store_run(struct rx *rx, const uint8_t *bytes, size_t count) {
             break;
         rx->bytes[from + run] = byte;
     }
+    if (run > 0)
+        rx->text_left = 0;
     /* Once for the run, after its bytes: the reader sees none that is not written yet. */
     __atomic_store_n(&rx->index.head, head + (uint32_t)run, __ATOMIC_RELEASE);
     return run;
@@ -150,7 +156,7 @@ static void forget_loss(struct rx *rx) {
 }
 
 void rx_put_or_lose(struct rx *rx, uint8_t byte) {
-    if (take_out(rx, byte))
+    if (take_out(rx, &byte))
         return;
     forget_loss(rx);
     bool pair = is_second_half(rx, byte);

@@ -3,7 +3,8 @@
  * reader.
  *
  * rx_put() may run in a receive interrupt or another task than the rest (base/ring.h). Every byte >= 0x80 is
- * removed from the stream: known ones act, unknown ones vanish.
+ * removed from the stream: known ones act, unknown ones vanish, and a letter of UTF-8 becomes TEXT_LETTER
+ * (input/text_byte.h).
  *
  * Bytes that find no room are either refused (rx_put: the sender waits, as TCP does) or lost (rx_put_or_lose:
  * a UART cannot wait). Lost lines are counted, so that each of them is still answered, in its place.
@@ -63,6 +64,7 @@ struct rx {
     uint32_t gap_at;          /* [isr] bytes put when the newest LINE_GAP was the last of them */
     uint32_t flushes;         /* rx_flush() was called, wraps; atomic */
     uint32_t flushes_seen;    /* [isr] of these, the ones that the losing end knows of */
+    uint8_t text_left;        /* [isr] bytes of a letter of UTF-8 that still come */
     uint8_t lost_byte;        /* [isr] the newest byte that was lost, 0 = nothing is being lost */
     uint8_t overrides[RX_OVERRIDES];
     uint8_t bytes[RX_SIZE];

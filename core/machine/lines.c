@@ -104,6 +104,8 @@ static void take_text(struct machine *machine, enum line_result result) {
     count_in_program(machine, line);
     if (result == LINE_BROKEN) /* bytes were lost within it: to execute the rest would be another line */
         report_gaps(machine);
+    if (result == LINE_READY && line_reader_has_message(&machine->lines.reader))
+        report_line_comment(machine);
     if (result == LINE_OVERFLOW || result == LINE_BROKEN)
         answer_line(machine, STATUS_LINE_TOO_LONG);
     else if (line[0] == '\0' || is_flushed(machine, line))

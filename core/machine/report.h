@@ -50,6 +50,9 @@ void report_underruns(struct machine *machine);
 /** How often the serial port has lost bytes, and how many came damaged; nothing where neither did. */
 void report_gaps(struct machine *machine);
 
+/** [MSG:comment of the line]; nothing when it has none. */
+void report_line_comment(struct machine *machine);
+
 /** [MSG:Tool change: Tn comment of the line] */
 void report_tool_change(struct machine *machine);
 

@@ -263,6 +263,8 @@ static enum task_stage end_flow(struct machine *machine) {
         machine->task.command.flow == FLOW_OPTIONAL_PAUSE && !overrides_pause(&machine->overrides);
     if (passes || machine->life.state == MACHINE_CHECK)
         return TASK_NONE;
+    if (machine->lines.source == LINE_STREAM && !line_reader_has_message(&machine->lines.reader))
+        report_line_comment(machine); /* what the operator is to do; a message was shown already */
     state_go(machine, EVENT_START);
     state_go(machine, EVENT_HOLD);
     return TASK_PAUSED;

@@ -5,6 +5,8 @@
 #include "net_line.h"
 #include "net_opening.h"
 
+#include "input/text_byte.h"
+
 #include <stdio.h>
 #include <string.h>
 
@@ -215,7 +217,15 @@ static void take_locked(struct net_hub *hub, struct net_client *client, uint8_t 
         (void)net_queue_add(&client->in, &character, 1);
 }
 
+/* A key is of any bytes. @return false: the byte is the rest of a letter of UTF-8 */
+static bool take_letter(struct net_client *client, uint8_t *byte) {
+    const bool is_login = client->locked && net_hub_is_login(net_queue_head(&client->in), client->in.count);
+    return is_login || text_byte(&client->text_left, byte);
+}
+
 static void take_byte(struct net_hub *hub, struct net_client *client, uint8_t byte) {
+    if (!take_letter(client, &byte))
+        return;
     bool mid_line = client->letters != 0 || client->skips;
     if (net_line_is_realtime(byte) || byte == '\n' || byte == '\r')
         net_hub_note_heard(hub, client);
@@ -251,6 +261,7 @@ static size_t take_run(struct net_hub *hub, struct net_client *client, const cha
     if (run == 0 || !add_owners(hub, client, bytes, run))
         return 0;
     client->after_cr = false;
+    client->text_left = 0;
     return run;
 }
 

@@ -148,6 +148,7 @@ struct net_client {
     bool refused;        /* ... and is a browser's: takes no more, goes when it has its answer */
     bool spoke;          /* said something useful */
     bool waits;          /* `in` begins with a login that waits for its turn; what came after it follows */
+    uint8_t text_left;   /* bytes of a letter of UTF-8 that still come (input/text_byte.h) */
     uint8_t login_size;  /* of that line */
     uint32_t heard_us;   /* when it last said something useful, as a login that waits */
     uint32_t came_us;    /* when it connected */

@@ -3,6 +3,8 @@
 
 #include "net_sha1.h"
 
+#include "input/text_byte.h"
+
 #include <stdlib.h>
 #include <string.h>
 
@@ -169,7 +171,8 @@ static bool is_character(const struct net_websocket *ws) {
 }
 
 /* A byte of a text message. Browsers can send real-time bytes from 0x80 on as characters U+0080 .. U+00A1;
- * any other character beyond ASCII is none of the stream's. @return true: *byte is one of the stream's */
+ * any other character beyond ASCII is a letter (input/text_byte.h). @return true: *byte is one of the
+ * stream's */
 static bool take_text(struct net_websocket *ws, char *byte) {
     uint8_t code = (uint8_t)*byte;
     if (ws->continuations == 0)
@@ -180,8 +183,9 @@ static bool take_text(struct net_websocket *ws, char *byte) {
         fail(ws, NOT_UTF8);
         return false;
     }
-    *byte = (char)ws->character;
-    return ws->continuations == 0 && ws->character >= REALTIME_FIRST && ws->character <= REALTIME_LAST;
+    const bool acts = ws->character >= REALTIME_FIRST && ws->character <= REALTIME_LAST;
+    *byte = acts ? (char)ws->character : TEXT_LETTER;
+    return ws->continuations == 0;
 }
 
 /* A byte of a payload. @return true: *byte is one of the stream's */

@@ -9,7 +9,7 @@
  *
  * So conditions see what the lines before them have done. M2 and M30 end a program: the caller stops asking.
  * So does the % that closes it (program_end.h): what follows is no part of it. Lines end with LF, CR or CR
- * LF. Comments, blanks, lines with % and everything above 0x7F are left out, as in input/line_reader.h; a
+ * LF. Comments, blanks, and lines with % are left out, as in input/line_reader.h; a
  * line may be longer than one of a stream.
  *
  * Subroutines may come before or after their calls, not inside each other. A loop or an if and its end

@@ -1,6 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 #include "program_text.h"
 
+#include "input/text_byte.h"
+
 /* What is left out at the moment; the rules of input/line_reader.c. */
 enum skipping { SKIP_NOTHING, SKIP_PARENTHESES, SKIP_REST };
 
@@ -66,8 +68,7 @@ enum status program_read_line(struct program *program, bool *more) {
     *more = byte != end_of_text;
     program->at = program->next;
     for (; byte >= 0 && byte != '\n' && byte != '\r'; byte = byte_at(program, program->next.offset)) {
-        if (byte < 0x80)
-            take(program, &filter, (char)byte);
+        take(program, &filter, byte < 0x80 ? (char)byte : TEXT_LETTER);
         program->next.offset++;
     }
     program->text[filter.length] = '\0';

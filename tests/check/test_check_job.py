@@ -7,6 +7,8 @@ from math import hypot, sqrt
 
 import pytest
 from wificnc.app import main
+from wificnc.errors import JobError
+from wificnc.job.program import read_program
 
 NO_FLOOD = "esp32s3-devkitc-quad"
 
@@ -189,3 +191,44 @@ def test_lines_after_the_end_of_the_program_are_a_finding(check, kinds):
     (found,) = [finding for finding in report["findings"] if finding["kind"] == "not-run"]
     assert (found["severity"], found["first_line"], found["last_line"]) == ("warning", 8, 10)
     assert "another program begins in line 6" in found["message"] and "line 6" in found["hint"]
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "line", "words"),
+    [
+        ("G21\nG4 P4000\nG0X1\n", "dwell", 2, "P4"),
+        ("F100\nG0Z5\nG82X1Y1Z-1R1P500\nX2\nG80\n", "dwell", 3, "P0.5"),
+        ("F100\nG0Z5\nG89X1Z-1R1P.2\nX2P1000\nG80\n", "dwell", 4, "P1"),
+        ("M3 S90000\nG0X1\nM5\n", "spindle-speed", 1, r"\$30"),
+        ("G1X10F99999\n", "feed-limit", 1, r"\$110"),
+        ("G20\nG1X.1F5000\n", "feed-limit", 2, r"\$110"),
+        ("M104 S200\nG1 X1 E0.5 F600\n", "printer", 1, "post-processor"),
+        ("G1 X1 F600 E0.5\n", "printer", 1, "post-processor"),
+    ],
+)
+def test_what_is_surely_wrong_is_a_warning(check, text, kind, line, words):
+    _, report = check(text)
+    (found,) = [finding for finding in report["findings"] if finding["kind"] == kind]
+    assert (found["severity"], found["first_line"]) == ("warning", line)
+    assert re.search(words, found["hint"])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "G4 P5\nG0X1\n",
+        "G10 L20 P1 X0\nG0X1\n",
+        "F100\nG0X10\nG3X10I-10P200\nG80\n",
+        "G93\nG1X1F90000\nG94\n",
+        "M3S1000\nG0X1\n",
+        "(M104 E1)G0X1\n",
+    ],
+)
+def test_what_may_be_right_is_not(check, kinds, text):
+    _, report = check(text)
+    assert not {kind for kind, _, _ in kinds(report)} & {"dwell", "spindle-speed", "feed-limit", "printer"}
+
+
+def test_a_bracket_within_a_comment_is_named():
+    with pytest.raises(JobError, match=r"job.nc:2: a comment ends at its first \)"):
+        read_program("job.nc", b"G21 G90\n(2D Contour1 (2))\nT1 M6 (6MM (1/4) END MILL)\nG0 X10\n")

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from wificnc.errors import JobError, UserError
-from wificnc.job.program import read_program, ready, words_of
+from wificnc.job.program import longest_line, read_program, ready, words_of
 from wificnc.link.typed import typed_line
 
 
@@ -85,10 +85,20 @@ def test_comments_stay_without_numbers_too() -> None:
     assert line.wire == b"T2M6(drill)\n"
 
 
-@pytest.mark.parametrize("text", ["G10 L1 P2 Z1 (6 mm!)", "G10 L1 P2 Z1 (Fräser)", "G10 L1 P2 Z1 (" + "x" * 80 + ")"])
+@pytest.mark.parametrize("text", ["G10 L1 P2 Z1 (6 mm!)", "G10 L1 P2 Z1 (Fräser)", "G10 L1 P2 Z1 (" + "x" * 300 + ")"])
 def test_a_tools_text_that_cannot_be_sent_is_refused(text: str) -> None:
-    with pytest.raises(JobError, match=r"job.nc:2: (a tool's text has letters|more than 79)"):
+    with pytest.raises(JobError, match=r"job.nc:2: (a tool's text has letters|more than 256)"):
         read_program("job.nc", f"G21\n{text}\n".encode())
+
+
+def test_a_long_tools_text_goes_where_lines_may_be_long() -> None:
+    """Ours take 256 characters; for others the file is refused before anything is sent."""
+    text = "G10 L1 P2 Z1 (" + "x" * 100 + ")"
+    lines = read_program("job.nc", text.encode()).lines
+    (line,) = ready(lines, longest=longest_line(1024))
+    assert line.wire == b"N1G10L1P2Z1(" + b"x" * 100 + b")\n"
+    with pytest.raises(JobError, match="takes 79 characters"):
+        ready(lines, longest=longest_line(128))
 
 
 def test_latin_1_in_a_comment_stays_here() -> None:
@@ -102,3 +112,8 @@ def test_a_typed_line_keeps_its_blanks() -> None:
 def test_a_typed_text_of_a_tool_with_a_command_is_refused() -> None:
     with pytest.raises(UserError, match="feed hold"):
         typed_line("G10 L1 P2 Z1 (6 mm!)")
+
+
+def test_a_line_with_a_message_alone_is_sent() -> None:
+    lines = read_program("job.nc", b"(start)\n(MSG, turn it over)\nG0X1\n(done, it is)\n").lines
+    assert [line.wire for line in ready(lines)] == [b"N2(MSG, turn it over)\n", b"N3G0X1\n"]

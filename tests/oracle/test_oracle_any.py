@@ -1,9 +1,8 @@
 """Programs that no one wrote: modes, offsets and moves in any order, and LinuxCNC goes the same way.
 
 Left out is what the two mean differently.
-- By Grbl's rules: F with G20 or G21 (LinuxCNC takes it in the old units); G53 in G91, full circles without an axis
-  word, and axis words after G80 for whatever code (each refused by one of them); half circles by R (Grbl has no
-  tolerance).
+- By Grbl's rules: F with G20 or G21 (LinuxCNC takes it in the old units); G53 in G91 (refused by one of them); half
+  circles by R (Grbl has no tolerance).
 - LinuxCNC says again where it is at a G28 without axis words, has a least feed in inverse time, and does not convert a
   tool length when the units change.
 - Canned cycles: from G99 to G98 in a row LinuxCNC goes up on the way to the next hole; pecks smaller than the lift lift

@@ -33,7 +33,8 @@ it.each([
   [7, "N100G1X1N5", "N7G1X1"],
   [0, "G1X1", "G1X1"],
   [7, "$H", "$H"],
-  [7, `G1X${"0".repeat(76)}`, `G1X${"0".repeat(76)}`],
+  [7, `G1X${"0".repeat(253)}`, `G1X${"0".repeat(253)}`],
+  [7, `G1X${"0".repeat(76)}`, `N7G1X${"0".repeat(76)}`],
   [10_000_001, "G1", "G1"],
 ])("numbers line %i, %j, for reports", (number, code, wire) => expect(numbered({ number, text: code, code })).toBe(wire));
 
@@ -48,6 +49,11 @@ it("refuses a file without code", () => expect(() => readProgram("a.nc", "(nothi
 
 it("does not take the comment of a line for its code", () => expect(readProgram("a.nc", "T2 M6 (drill)").lines[0]!.code).toBe("T2M6"));
 
-it.each(["G10 L1 P2 Z1 (6 mm!)", "G10 L1 P2 Z1 (Fräser)", `G10 L1 P2 Z1 (${"x".repeat(80)})`])("refuses %j: the text cannot be sent", (text) =>
+it.each(["G10 L1 P2 Z1 (6 mm!)", "G10 L1 P2 Z1 (Fräser)", `G10 L1 P2 Z1 (${"x".repeat(300)})`])("refuses %j: the text cannot be sent", (text) =>
   expect(() => readProgram("a.nc", text)).toThrow(/line 1: (characters|more than)/),
 );
+
+it("names the bracket within a comment", () => expect(() => readProgram("a.nc", "G21\n(2D Contour1 (2))\nG0X1\n")).toThrow(/line 2: a comment ends at its first \)/));
+
+it("sends a line with a message alone", () =>
+  expect(readProgram("a.nc", "(start)\n(MSG, turn it over)\nG0X1\n(done, it is)\n").lines.map(numbered)).toEqual(["N2(MSG, turn it over)", "N3G0X1"]));

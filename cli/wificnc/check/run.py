@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from wificnc.board.rules import pulse_rate_hz
 from wificnc.build.host import ensure_host_library
 from wificnc.check import judge
 from wificnc.check.finding import Finding, Severity
+from wificnc.check.words import surely_wrong
 from wificnc.errors import UserError
 from wificnc.job.program import read_program
 from wificnc.machine import load_machine
@@ -63,7 +65,7 @@ def check_job(options: CheckOptions, on_progress: Progress | None = None) -> Che
     zero = parse_work_zero(options.work_zero) if options.work_zero else None
     settings = tuple(parse_setting(text) for text in options.settings)
     text = read_job(options.file)
-    read_program(options.file.name, text)  # refuses what `wificnc send` refuses
+    program = read_program(options.file.name, text)  # refuses what `wificnc send` refuses
     board = load_board(options.board)
     machine = load_machine(options.machine)
     check_axes(board, machine)
@@ -89,8 +91,21 @@ def check_job(options: CheckOptions, on_progress: Progress | None = None) -> Che
         work_zero=zero is not None,
         step_rate_limit_hz=pulse_rate_hz(board, machine.stepper.step_pulse_us or 0),
         extents=extents,
-        findings=tuple(judge.ordered(_findings(result, text, machine, extents, zero is not None))),
+        findings=tuple(
+            judge.ordered(
+                [
+                    *_findings(result, text, machine, extents, zero is not None),
+                    *surely_wrong(program.lines, _values(request.settings)),
+                ]
+            )
+        ),
     )
+
+
+def _values(lines: Iterable[str]) -> dict[int, float]:
+    """$N=V lines, over the defaults."""
+    values = {row.number: float(row.default) for row in load_settings().values() if row.number in (30, 110, 111, 112)}
+    return values | {int(number): float(value) for number, value in (line[1:].split("=") for line in lines)}
 
 
 def parse_work_zero(text: str) -> str:

@@ -17,8 +17,9 @@ from wificnc.chip.pins import SUFFIXES, PinTrace, drive_pins, pin_labels
 from wificnc.chip.virtual import VirtualChip
 from wificnc.chip.wired import Wired, greet, wire
 from wificnc.errors import JobError, UserError
+from wificnc.job.ending import MARK
 from wificnc.job.expand import Start, expand, load_expand, needs_expansion
-from wificnc.job.program import CODE_CHARACTERS, MARK, code_of, read_program
+from wificnc.job.program import CODE_CHARACTERS, code_of, read_program
 from wificnc.output import Output, check_suffix
 from wificnc.sim.job import read_job, simulated_text, split_lines
 from wificnc.sim.run import SimOptions, simulate

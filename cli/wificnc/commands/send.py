@@ -21,7 +21,7 @@ from wificnc.job.estimate import Estimate
 from wificnc.job.expand import Start, expand, load_expand, needs_expansion
 from wificnc.job.fate import fate_lines, restart_words, wanted_line
 from wificnc.job.native import load_rebuild
-from wificnc.job.program import JobLine, Program, expanded_program, read_program, ready
+from wificnc.job.program import JobLine, Program, expanded_program, longest_line, read_program, ready
 from wificnc.job.resume import Approach, MachineFacts, Resume, plan_resume
 from wificnc.job.run import End, JobRun, Outcome, RunOptions
 from wificnc.keyboard import Keyboard
@@ -139,10 +139,11 @@ def send(client: Client, program: Program, options: SendOptions) -> tuple[Outcom
         confirm(resume, options)
         lines, preamble = resume.lines, len(resume.preamble)
     can_number = options.number and built is not None and LINE_NUMBERS in built.flags
+    longest = longest_line(built.rx_bytes if built else 0)
     with estimate(lines, settings, client) as times, check_mode(client, options.dry_run):
         run = RunOptions(built, options.keep_going or options.dry_run, options.dry_run, times, can_number, preamble)
         with Keyboard() as keys, JobDisplay(options.file.name) as display:
-            outcome = JobRun(client, ready(lines, can_number), display, keys, run).run()
+            outcome = JobRun(client, ready(lines, can_number, longest), display, keys, run).run()
     return outcome, restart_hint(program, outcome, facts, options)
 
 

@@ -28,6 +28,8 @@ NOT_IN_A_JOB = {
     b"$RST=": "$RST= restores defaults and resets the controller",
 }
 LONGEST_CODE = 79  # characters that every controller takes
+LONGEST_LINE = 256  # ... that ours take (core/config.h), and others with a large receive buffer
+LARGE_RX_BYTES = 1000
 FAULTS_SHOWN = 5
 
 
@@ -138,14 +140,16 @@ def read_program(name: str, data: bytes, jumps: bool | None = None) -> Program:
         runs = ending.take(code, number, not jumps)
         if MARK.fullmatch(code):
             marks += 1
-        elif runs and code:
+        elif runs and (code or b"," in raw):
             line = JobLine(number, printable(raw), code + b"\n", _comment(raw, code))
+            if not code and not line.comment:
+                continue
             faults += [f"{name}:{number}: {fault}" for fault in [_fault(raw, line)] if fault]
             lines.append(line)
     if faults:
         more = [f"and {len(faults) - FAULTS_SHOWN} more lines like these"] if len(faults) > FAULTS_SHOWN else []
         raise JobError("\n".join([*faults[:FAULTS_SHOWN], *more]), hint="nothing was executed; correct the file first")
-    if not lines:
+    if not any(line.code for line in lines):
         raise JobError(f"{name} has no G-code")
     return Program(tuple(lines), len(raw_lines), marks, ending)
 
@@ -158,6 +162,8 @@ def _comment(raw: bytes, code: bytes) -> bytes:
 def _fault(raw: bytes, line: JobLine) -> str:
     """Why a line cannot be sent, or ""."""
     code = line.wire.rstrip(b"\n")
+    if b")" in code:
+        return f"a comment ends at its first ): take out the bracket within it: {printable(raw)}"
     if bad := [byte for byte in code if byte not in CODE_CHARACTERS]:
         return f"{_byte_name(bad[0])} is not G-code: {printable(raw)}"
     if why := why_not_in_a_job(code):
@@ -170,7 +176,7 @@ def _comment_fault(code: bytes, comment: bytes) -> str:
     """Why a tool's text cannot be sent, or ""."""
     if NOT_IN_A_COMMENT.search(comment.decode("ascii")):
         return "a tool's text has letters without accents, digits and signs, but none of ! ? ~"
-    return "" if len(code + comment) <= LONGEST_CODE or b"G10" not in code else f"more than {LONGEST_CODE} characters"
+    return "" if len(code + comment) <= LONGEST_LINE or b"G10" not in code else f"more than {LONGEST_LINE} characters"
 
 
 def why_not_in_a_job(code: bytes) -> str:
@@ -216,18 +222,27 @@ def expanded_comments(name: str, data: bytes, text: bytes, numbers: Sequence[int
     return comments
 
 
-def ready(lines: Iterable[JobLine], numbered: bool = True) -> list[JobLine]:
+def longest_line(rx_bytes: int) -> int:
+    """Characters of a line that a controller with this receive buffer takes."""
+    return LONGEST_LINE if rx_bytes >= LARGE_RX_BYTES else LONGEST_CODE
+
+
+def ready(lines: Iterable[JobLine], numbered: bool = True, longest: int = LONGEST_CODE) -> list[JobLine]:
     """The lines as they are sent: with the comments that the controller keeps or shows.
 
     Args:
         numbered: with their numbers in the file as N words, too, so that reports say which one is being made (Ln:). N
             words of the file's own give way. A line that would become too long goes without its number, or without
             what is only shown; a $ line as it is.
+        longest: characters that the controller takes.
+
+    Raises:
+        JobError: a tool's text does not fit.
     """
-    return [_ready(line, numbered) for line in lines]
+    return [_ready(line, numbered, longest) for line in lines]
 
 
-def _ready(line: JobLine, numbered: bool) -> JobLine:
+def _ready(line: JobLine, numbered: bool, longest: int) -> JobLine:
     if line.alone or not line.number:
         return line
     code, comment = line.code, line.comment.decode("ascii")
@@ -235,7 +250,9 @@ def _ready(line: JobLine, numbered: bool) -> JobLine:
     if numbered:
         code = OWN_NUMBER.sub("", code)
         whole = [f"N{line.number}{code}{comment}", code + comment, f"N{line.number}{code}"]
-    fits = next((each for each in whole if len(each) <= LONGEST_CODE), code)
+    fits = next((each for each in whole if len(each) <= longest), code)
+    if comment and not fits.endswith(comment) and "G10" in code:
+        raise JobError(f"{line.title}: this controller takes {longest} characters, and the tool's text would be lost")
     return replace(line, wire=fits.encode("ascii") + b"\n")
 
 

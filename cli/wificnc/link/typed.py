@@ -14,7 +14,8 @@ from wificnc.errors import UserError
 
 COMMENT = re.compile(r"\([^)]*\)|\(.*$|;.*$")
 TOOL_ROW = re.compile(r"(?:N[0-9.]+)?G10(?![0-9]).*L1(?![0-9])")  # its comment is the tool's text
-TOOL_CHANGE = re.compile(r"M0*6(?![0-9.])")  # its comment is in the message
+SHOWN = re.compile(r"M(?:0*[16]|0+)(?![0-9.])")  # M0, M1, M6: their comment is in a message
+MESSAGE = re.compile(r"\s*(?:MSG|PRINT|DEBUG),", re.IGNORECASE)  # a comment for the operator
 BRACKETS = str.maketrans("()", "[]")  # the controller shows them as round ones
 NOT_IN_A_COMMENT = re.compile(r"[^ -~]|[!?~]")
 COMMANDS = {"!": "feed hold", "~": "resume", "?": "status report"}
@@ -31,19 +32,21 @@ def typed_line(text: str) -> bytes:
 
 
 def kept_comment(text: str, code: str) -> str:
-    """What the controller keeps or shows of a line's comments, in one pair of brackets: a tool's text (G10 L1), and the
-    comment of a tool change (M6). It is that in brackets, or else that behind a semicolon. A tool's text is as it is
-    written, fit to be sent or not; what is only shown is in ASCII.
+    """What the controller keeps or shows of a line's comments, in one pair of brackets: a tool's text (G10 L1), the
+    comment of a pause (M0, M1) or a tool change (M6), and in any line one that begins with MSG, PRINT, or DEBUG, It is
+    that in brackets, or else that behind a semicolon. A tool's text is as it is written, fit to be sent or not; what is
+    only shown is in ASCII.
 
     Args:
         code: the line without blanks and comments, upper case.
     """
     is_row = TOOL_ROW.match(code)
-    if not is_row and not TOOL_CHANGE.search(code):
-        return ""
     found = COMMENT.findall(text)
+    messages = [] if is_row else [each for each in found if MESSAGE.match(each[1:])]
+    if not is_row and not messages and (code.startswith("$") or not SHOWN.search(code)):
+        return ""
     bracketed = [each for each in found if each[0] == "("]
-    parts = (each[1:].removesuffix(")") if each[0] == "(" else each[1:] for each in bracketed or found)
+    parts = (each[1:].removesuffix(")") if each[0] == "(" else each[1:] for each in messages or bracketed or found)
     comments = "".join(parts).translate(BRACKETS)
     if not is_row:
         comments = NOT_IN_A_COMMENT.sub("", unicodedata.normalize("NFKD", comments)).strip()

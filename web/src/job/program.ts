@@ -30,7 +30,8 @@ export interface Program {
 export class ProgramError extends Error {}
 
 const FAULTS_SHOWN = 5;
-const LONGEST_CODE = 79;
+/** Characters that our controllers take: LINE_SIZE of core/config.h without its end. */
+const LONGEST_CODE = 256;
 /** A line with an O word: a stream cannot jump. */
 const O_LINE = /^(?:N\d+)?O/;
 const FORBIDDEN = /[^\x21-\x7e]|[!?~]/;
@@ -72,9 +73,11 @@ export function readProgram(name: string, source: string): Program {
   all.forEach((text, i) => {
     const code = codeOf(text);
     const runs = ending.take(code, i + 1);
-    if (!runs || code === "" || isMark(code)) return;
+    if (!runs || isMark(code)) return;
     const comment = keptComment(text, code);
-    if (O_LINE.test(code)) faults.push(t`line ${i + 1}: O words cannot run in a stream: convert the file with wificnc expand`);
+    if (code === "" && comment === "") return;
+    if (code.includes(")")) faults.push(t`line ${i + 1}: a comment ends at its first ): take out the bracket within it`);
+    else if (O_LINE.test(code)) faults.push(t`line ${i + 1}: O words cannot run in a stream: convert the file with wificnc expand`);
     else if (FORBIDDEN.test(code + comment.replace(/ /g, ""))) faults.push(t`line ${i + 1}: characters that a controller reads as commands`);
     else if ((code.includes("G10") ? code + comment : code).length > LONGEST_CODE) faults.push(t`line ${i + 1}: more than ${LONGEST_CODE} characters of code`);
     lines.push({ number: i + 1, text: text.trim(), code, ...(comment && { comment }) });
@@ -83,6 +86,6 @@ export function readProgram(name: string, source: string): Program {
     const more = faults.length > FAULTS_SHOWN ? t`; and ${faults.length - FAULTS_SHOWN} more` : "";
     throw new ProgramError(t`${name} cannot be sent: ${faults.slice(0, FAULTS_SHOWN).join("; ")}${more}`);
   }
-  if (lines.length === 0) throw new ProgramError(t`${name} has no G-code`);
+  if (!lines.some(({ code }) => code !== "")) throw new ProgramError(t`${name} has no G-code`);
   return { name, source, lines, fileLines: all.length, ending };
 }

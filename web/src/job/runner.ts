@@ -6,6 +6,7 @@ import { computed, signal } from "@preact/signals";
 import type { Break, Controller } from "../link/controller";
 import type { Status } from "../link/messages";
 import { alarmWords, errorWords } from "../tables";
+import { shownComment } from "../link/line";
 import { numbered, type JobLine, type Program } from "./program";
 import { t } from "../words";
 
@@ -38,12 +39,15 @@ export class JobRunner {
   readonly why = signal("");
   readonly startedAt = signal(0);
   readonly endedAt = signal(0);
+  /** What the program says to the operator: the last of its comments that the controller has shown. */
+  readonly says = signal("");
   readonly active = computed(() => this.state.value === "running" || this.state.value === "stopping");
   /** It has been run: what starts it again is a decision of its own. */
   readonly ended = computed(() => this.state.value === "done" || INTERRUPTED.has(this.state.value));
 
   private readonly lines = signal<readonly JobLine[]>([]);
   private indexOf: ReadonlyMap<number, number> = new Map();
+  private comments: ReadonlySet<string> = new Set();
   private run = 0;
   /** The user has stopped it, and nothing had gone wrong before. */
   private byHand = false;
@@ -67,6 +71,9 @@ export class JobRunner {
     };
     controller.onReport = (status) => this.hear(status);
     controller.onAlarm = (code) => this.hearAlarm(code);
+    controller.onMessage = (text) => {
+      if (this.active.peek() && this.comments.has(text)) this.says.value = text;
+    };
   }
 
   load(program: Program): void {
@@ -121,7 +128,8 @@ export class JobRunner {
     this.indexOf = new Map(lines.map((line, i) => [line.number, i]));
     this.sent.value = this.answered.value = this.executed.value = this.currentLine.value = 0;
     this.restingReports = 0;
-    this.why.value = "";
+    this.why.value = this.says.value = "";
+    this.comments = new Set(lines.flatMap(({ comment }) => (comment ? [shownComment(comment)] : [])));
   }
 
   /** Put lines while there is room; each is answered once. */

@@ -167,6 +167,7 @@ export class Controller {
   /** Every report, and every alarm, in the order in which they came: signals show the last one of a burst. */
   onReport: (status: Status) => void = () => {};
   onAlarm: (code: number) => void = () => {};
+  onMessage: (text: string) => void = () => {};
   /** The controller has started again, or the connection was closed: what was under way is void. */
   onBreak: (what: Break) => void = () => {};
 
@@ -655,6 +656,7 @@ export class Controller {
   }
 
   private takeMessage(body: string): void {
+    this.onMessage(body);
     if (NEEDS_RESET.test(body)) this.needsReset.value = true;
     this.selfLock.value = this.needsReset.value ? "" : (SELF_LOCKS.find(([text]) => text.test(body))?.[1] ?? this.selfLock.value);
     const tool = TOOL_CHANGE.exec(body)?.[1];

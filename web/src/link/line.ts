@@ -21,21 +21,35 @@ export function realtimeOf(text: string): RealtimeName | null {
   return REALTIME[text.trim()]?.name ?? null;
 }
 
-/** Of the tool table: its comment is the text of the tool. That of a tool change is in the message. */
+/** Of the tool table: its comment is the text of the tool. Those of pauses and tool changes (M0, M1, M6) are in messages, and so are
+ * comments for the operator in any line. */
 const TOOL_ROW = /^(?:N[\d.]+)?G10(?!\d).*L1(?!\d)/i;
-const TOOL_CHANGE = /M0*6(?![\d.])/i;
+const SHOWN = /M(?:0*[16]|0+)(?![\d.])/i;
+const MESSAGE = /^.\s*(?:MSG|PRINT|DEBUG),/i;
 const NOT_SHOWN = /[^\x20-\x7e]|[!?~]/g;
 
 /** What the controller keeps or shows of a line's comments (those in brackets if there are any), in one pair of brackets: a tool's text
  * as it is written, what is only shown in ASCII. @param code  the line without comments and blanks */
 export function keptComment(text: string, code: string): string {
   const isRow = TOOL_ROW.test(code);
-  const all = isRow || TOOL_CHANGE.test(code) ? (text.match(COMMENT) ?? []) : [];
+  const found: string[] = text.match(COMMENT) ?? [];
+  const messages = isRow ? [] : found.filter((comment) => MESSAGE.test(comment));
+  const all = isRow || messages.length > 0 || (!code.startsWith("$") && SHOWN.test(code)) ? found : [];
   const bracketed = all.filter((comment) => comment.startsWith("("));
-  let said = (bracketed.length > 0 ? bracketed : all).map((comment) => comment.replace(/^.|(?<=^\(.*)\)$/g, "")).join("");
+  const kept = [messages, bracketed, all].find((each) => each.length > 0) ?? [];
+  let said = kept.map((comment) => comment.replace(/^.|(?<=^\(.*)\)$/g, "")).join("");
   said = said.replace(/\(/g, "[").replace(/\)/g, "]"); // shown as round ones
   if (!isRow) said = said.normalize("NFKD").replace(NOT_SHOWN, "").trim();
   return said && `(${said.trim() || " "})`;
+}
+
+const SHOWN_SIZE = 80; // LINE_COMMENT_SIZE of core/config.h
+const ROUND: Readonly<Record<string, string>> = { "[": "(", "]": ")", "|": "/" };
+
+/** A comment that was kept, as the controller's message has it (line_reader_comment()). */
+export function shownComment(comment: string): string {
+  const text = comment.slice(1, -1).slice(0, SHOWN_SIZE);
+  return text.replace(/^ *(?:MSG|PRINT|DEBUG),/i, "").trim().replace(/[[\]|]/g, (mark) => ROUND[mark]!);
 }
 
 /** The line without its comments, but for those. Throws LineError when it holds what would act as a command. */

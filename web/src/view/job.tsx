@@ -334,6 +334,7 @@ function RunCard(): JSX.Element {
         <dd>{timeLeft()}</dd>
       </dl>
       <ResumeBar />
+      {job.says.value && <Notice kind="warn" title={job.says.value} text={controller.state.value === "Hold" ? t`The program waits for Resume.` : ""} />}
       {result && <Notice kind={result.kind} title={tr(result.title)} text={job.why.value} />}
       {notKept.value && <Notice kind="warn" title={t`This browser does not keep the job (${notKept.value}): a reload of the page loses it.`} />}
     </Card>
