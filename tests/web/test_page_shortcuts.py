@@ -121,6 +121,10 @@ def test_macros_are_refused_while_a_job_runs_and_no_job_starts_in_one(socket_lin
 def test_the_laser_is_lit_only_while_the_button_is_held(socket_link: Callable[..., Console]) -> None:
     console = socket_link(settings=LASER)
     page = console.page
+    page.clock.install()  # before the page measures time: its clock must not go back
+    page.reload()
+    console.is_in("Idle")
+    console.knows("G54")
     console.by("fire").click()
     console.by("fire-power_pct").fill("6")
     expect(console.by("fire-hold")).to_be_disabled()
@@ -128,7 +132,6 @@ def test_the_laser_is_lit_only_while_the_button_is_held(socket_link: Callable[..
     console.by("fire-power_pct").fill("3")
     accessible(console)
     console.by("fire-time_s").fill("10")
-    page.clock.install()
     for end in ("up", "blur", "pagehide", "limit"):
         expect(console.by("fire-hold")).to_be_enabled()
         console.by("fire-hold").hover()
