@@ -120,7 +120,7 @@ ALARMS: dict[int, str] = {
     8: "homing: the switch stayed closed while pulling off; raise $27 or check the wiring",
     9: "homing: no switch was found; check $23, $130.. and the wiring",
     10: "homing: the two motors of an axis did not find their switches together",
-    50: "emergency stop; release it, reset and home again",
+    50: "emergency stop; release it, or check its contact and wire ($749), reset and home again",
     51: "the spindle did not reach a steady speed or stopped; check it and its encoder ($88), then reset",
     52: "the axes could not follow the spindle; the thread is not finished; reset to continue",
     53: "the spindle's drive does not answer: check that it is at rest, its power and cable, then reset",
