@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 from wificnc.errors import JobError, UserError
-from wificnc.job.program import code_of, read_program, ready
+from wificnc.job.program import LONGEST_LINE, code_of, read_program, ready
 from wificnc.link.typed import kept_comment, typed_line
 
 VECTORS = Path(__file__).resolve().parents[2] / "protocol" / "vectors" / "comments.json"
@@ -33,5 +33,5 @@ def test_the_line_of_a_job(case: dict[str, Any]) -> None:
         with pytest.raises(JobError, match=r"job\.nc:1"):
             read_program("job.nc", case["line"].encode())
         return
-    (line,) = ready(read_program("job.nc", case["line"].encode()).lines)
+    (line,) = ready(read_program("job.nc", case["line"].encode()).lines, longest=LONGEST_LINE)
     assert line.wire == case["job"].encode() + b"\n"

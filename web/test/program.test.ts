@@ -56,4 +56,4 @@ it.each(["G10 L1 P2 Z1 (6 mm!)", "G10 L1 P2 Z1 (Fräser)", `G10 L1 P2 Z1 (${"x".
 it("names the bracket within a comment", () => expect(() => readProgram("a.nc", "G21\n(2D Contour1 (2))\nG0X1\n")).toThrow(/line 2: a comment ends at its first \)/));
 
 it("sends a line with a message alone", () =>
-  expect(readProgram("a.nc", "(start)\n(MSG, turn it over)\nG0X1\n(done, it is)\n").lines.map(numbered)).toEqual(["N2(MSG, turn it over)", "N3G0X1"]));
+  expect(readProgram("a.nc", "(start)\n(MSG, turn it over)\nG0X1\n(done, it is)\n").lines.map((line) => numbered(line))).toEqual(["N2(MSG, turn it over)", "N3G0X1"]));

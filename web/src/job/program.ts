@@ -30,8 +30,16 @@ export interface Program {
 export class ProgramError extends Error {}
 
 const FAULTS_SHOWN = 5;
-/** Characters that our controllers take: LINE_SIZE of core/config.h without its end. */
-const LONGEST_CODE = 256;
+/** Characters of a line that our controllers take (LINE_SIZE of core/config.h without its end), and that every one does. */
+const LONGEST_LINE = 256;
+const LONGEST_CODE = 79;
+/** A receive buffer from which on a controller is taken for one of ours, bytes (cli/wificnc/job/program.py). */
+const LARGE_RX_BYTES = 1000;
+
+/** Characters of a line that a controller with this receive buffer takes. */
+export function longestLine(rx_bytes: number): number {
+  return rx_bytes >= LARGE_RX_BYTES ? LONGEST_LINE : LONGEST_CODE;
+}
 /** A line with an O word: a stream cannot jump. */
 const O_LINE = /^(?:N\d+)?O/;
 const FORBIDDEN = /[^\x21-\x7e]|[!?~]/;
@@ -49,12 +57,13 @@ const OWN_NUMBER = /^N[0-9.]+|(?<=[0-9.])N[0-9.]+/g;
 const LAST_NUMBER = 10_000_000;
 
 /** The line as it is sent: with its number in the file as its N word, so that reports name it (`Ln:`) while it is moved. A `$` line and
- * one that is not of the file go as they are; one that would become too long goes without, or without what is only shown. */
-export function numbered({ number, code, comment = "" }: JobLine): string {
+ * one that is not of the file go as they are; one that would become too long goes without, or without what is only shown.
+ * @param longest  characters that the controller takes */
+export function numbered({ number, code, comment = "" }: JobLine, longest = LONGEST_LINE): string {
   if (code.startsWith("$") || number === 0) return code;
   const bare = code.replace(OWN_NUMBER, "");
   const name = number > LAST_NUMBER ? "" : `N${number}`;
-  return [name + bare + comment, bare + comment, name + bare].find((each) => each.length <= LONGEST_CODE) ?? bare;
+  return [name + bare + comment, bare + comment, name + bare].find((each) => each.length <= longest) ?? bare;
 }
 
 /** LF, CR and CR LF end a line, and nothing else does. */
@@ -79,7 +88,7 @@ export function readProgram(name: string, source: string): Program {
     if (code.includes(")")) faults.push(t`line ${i + 1}: a comment ends at its first ): take out the bracket within it`);
     else if (O_LINE.test(code)) faults.push(t`line ${i + 1}: O words cannot run in a stream: convert the file with wificnc expand`);
     else if (FORBIDDEN.test(code + comment.replace(/ /g, ""))) faults.push(t`line ${i + 1}: characters that a controller reads as commands`);
-    else if ((code.includes("G10") ? code + comment : code).length > LONGEST_CODE) faults.push(t`line ${i + 1}: more than ${LONGEST_CODE} characters of code`);
+    else if ((code.includes("G10") ? code + comment : code).length > LONGEST_LINE) faults.push(t`line ${i + 1}: more than ${LONGEST_LINE} characters of code`);
     lines.push({ number: i + 1, text: text.trim(), code, ...(comment && { comment }) });
   });
   if (faults.length > 0) {

@@ -7,7 +7,7 @@ import type { Break, Controller } from "../link/controller";
 import type { Status } from "../link/messages";
 import { alarmWords, errorWords } from "../tables";
 import { shownComment } from "../link/line";
-import { numbered, type JobLine, type Program } from "./program";
+import { longestLine, numbered, type JobLine, type Program } from "./program";
 import { t } from "../words";
 
 export type JobState = "none" | "ready" | "running" | "stopping" | "done" | "stopped" | "failed" | "lost" | "left" | "taken" | "restarted";
@@ -137,7 +137,7 @@ export class JobRunner {
     const lines = this.lines.value;
     while (this.state.value === "running" && this.sent.value < lines.length) {
       const line = lines[this.sent.value]!;
-      const wire = numbered(line);
+      const wire = numbered(line, longestLine(this.controller.queue.capacity + 1));
       if (!this.mayGo(wire)) return;
       this.reportBefore = null;
       this.sent.value++;
