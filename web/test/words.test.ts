@@ -106,7 +106,7 @@ test.each(OTHERS)("the notes of the boards in %s have the same pins and commands
 });
 
 test("the texts of a board file that no catalogue has are shown in English", () => {
-  const words = catalogueOf("page.de");
+  const words = catalogueOf("boards.de");
   useCatalogue(() => words);
   expect(tr("My own mill: the probe is at J7.")).toBe("My own mill: the probe is at J7.");
   expect(tr("{0} is wired to my lamp", "GPIO4")).toBe("GPIO4 is wired to my lamp");
@@ -117,7 +117,7 @@ test.each([
   ["de", "GPIO25 ist bei dieser Platine X Schritt; GPIO25 lässt sich auf dem ESP32 nicht lesen, und dies ist ein Eingang"],
   ["es", "GPIO25 es en esta placa X paso; GPIO25 no se puede leer en el ESP32, y esto es una entrada"],
 ])("why a pin is unsuitable, in %s", (language, text) => {
-  const words = language === "en" ? {} : catalogueOf(`page.${language}`);
+  const words = language === "en" ? {} : { ...catalogueOf(`page.${language}`), ...catalogueOf(`boards.${language}`) };
   useCatalogue(() => words);
   const board = { uses: [{ label: "X step", number: 25 }] } as Board;
   const pin = { name: "GPIO25", number: 25, output: [], input: ["{0} cannot be read on ESP32 and this is an input"] };
@@ -126,8 +126,8 @@ test.each([
 });
 
 test.each(OTHERS)("the catalogue of %s answers each text with its translation", (language) => {
-  for (const [part, files] of Object.entries({ page: ["page", "tables", "boards"], contact: ["contact"] })) {
-    const words = catalogueOf(`${part}.${language}`);
+  for (const [part, files] of Object.entries({ "page boards": ["page", "tables", "boards"], contact: ["contact"] })) {
+    const words = Object.assign({}, ...part.split(" ").map((name) => catalogueOf(`${name}.${language}`))) as Record<string, string>;
     useCatalogue(() => words);
     for (const [text, other] of files.flatMap((file) => Object.entries(readWords(file, language)))) expect(tr(text)).toBe(other);
   }
