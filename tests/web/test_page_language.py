@@ -52,7 +52,7 @@ def test_every_tab_is_in_the_language_of_the_browser(
     serve_page: Serve, watched: Callable[..., Watched], look: str, language: str
 ) -> None:
     SCREENS.mkdir(parents=True, exist_ok=True)
-    known = words(language, "page", "tables")
+    known = words(language, "page", "tables", "boards")
     _, served = serve_page()
     page = watched(reduced_motion="reduce", bypass_csp=True, locale=f"{language}-419", **LOOKS[look]).page(served.url)
     expect(page.locator("[data-test=state]")).to_have_text(known["Idle"])

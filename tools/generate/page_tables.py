@@ -5,6 +5,7 @@ Pins are judged here, by the board's own rules and by the list that the firmware
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -124,14 +125,12 @@ def _pins(board: Board) -> Iterator[Json]:
         yield {"name": name, "number": pin.number, **refused}
 
 
-def _refusal(board: Board, pin: str, use: Use) -> str | None:
+def _refusal(board: Board, pin: str, use: Use) -> list[str] | None:
+    """Sentences with {0} for the pin, so that a translation serves all pins; the page adds whose pin it is."""
     if is_movable_to(board, pin, "output" if use.is_output else "input"):
         return None
     moved = Use(use.signal, use.path, use.role, use.wire.model_copy(update={"pin": pin}))
-    owner = board.use_of(pin)
     reasons = [found.reason for found in pin_findings(board, board.pins, moved)]
-    if owner is not None:
-        reasons.insert(0, f"{pin} is the board's {label(owner.signal)}")
-    elif is_shifted(pin):
+    if is_shifted(pin) and board.use_of(pin) is None:
         reasons.insert(0, f"{pin} is soldered to what it drives")
-    return "; ".join(reasons)
+    return [re.sub(rf"\b{re.escape(pin)}\b", "{0}", reason) for reason in reasons]

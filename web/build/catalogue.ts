@@ -7,7 +7,7 @@ import { hashOf } from "../src/words.ts";
 const NAME = "virtual:catalogue/";
 const FOLDER = join(import.meta.dirname, "../words");
 /** Files of which a catalogue is made, without language and end. */
-const PARTS: Record<string, readonly string[]> = { page: ["page", "tables"], contact: ["contact"] };
+const PARTS: Record<string, readonly string[]> = { page: ["page", "tables"], boards: ["boards"], contact: ["contact"] };
 
 /** @param name  such as page.de. Throws when two texts have the same hash: then one of them must be worded otherwise. */
 export function catalogueOf(name: string): Record<string, string> {

@@ -5,10 +5,16 @@ import { isLanguage, languageOf, type Language } from "./languages";
 import { useCatalogue, type Catalogue } from "./words";
 
 const LANGUAGE_KEY = "wificnc.language";
-const CATALOGUES: Record<Exclude<Language, "en">, () => Promise<{ default: Catalogue }>> = {
+type Catalogues = Record<Exclude<Language, "en">, () => Promise<{ default: Catalogue }>>;
+const CATALOGUES: Catalogues = {
   de: () => import("virtual:catalogue/page.de"),
   es: () => import("virtual:catalogue/page.es"),
 };
+const OF_BOARDS: Catalogues = {
+  de: () => import("virtual:catalogue/boards.de"),
+  es: () => import("virtual:catalogue/boards.es"),
+};
+let showsBoards = false;
 
 export const language = signal<Language>("en");
 const words = signal<Catalogue>({});
@@ -26,8 +32,23 @@ export async function chooseLanguage(wanted: Language): Promise<void> {
   store(LANGUAGE_KEY, wanted);
 }
 
+/** Texts of boards are large, so they come with the first tab that shows them. Without them they are in English. */
+export async function addBoardWords(): Promise<void> {
+  showsBoards = true;
+  const now = language.value;
+  const all = await catalogueOf(now).catch(() => null);
+  if (all && language.value === now) words.value = all;
+}
+
+async function catalogueOf(wanted: Language): Promise<Catalogue> {
+  if (wanted === "en") return {};
+  const loads = showsBoards ? [CATALOGUES, OF_BOARDS] : [CATALOGUES];
+  const loaded = await Promise.all(loads.map((load) => load[wanted]()));
+  return Object.assign({}, ...loaded.map((part) => part.default)) as Catalogue;
+}
+
 async function show(wanted: Language): Promise<void> {
-  words.value = wanted === "en" ? {} : (await CATALOGUES[wanted]()).default;
+  words.value = await catalogueOf(wanted);
   language.value = wanted;
   document.documentElement.lang = wanted;
 }

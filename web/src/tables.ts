@@ -73,9 +73,9 @@ export interface WiredPin {
 export interface ChipPin {
   name: string;
   number: number;
-  /** Why no output (input) can be moved there; null: it can. */
-  output: string | null;
-  input: string | null;
+  /** Why no output (input) can be moved there, {0} being the pin; null: it can. */
+  output: string[] | null;
+  input: string[] | null;
 }
 
 export interface Board {
@@ -202,4 +202,13 @@ export function errorWords(code: number): string {
 
 export function alarmWords(code: number): string {
   return tr(TABLES.alarms[String(code)] ?? msg`unknown alarm`);
+}
+
+/** Why no output (input) can be moved to this pin of the board, and whose it is; null: it can. */
+export function pinRefusal(board: Board, pin: ChipPin, output: boolean): string | null {
+  const reasons = output ? pin.output : pin.input;
+  if (reasons === null) return null;
+  const owner = board.uses.find((use) => use.number === pin.number);
+  const whose = owner ? [t`${pin.name} is the board's ${tr(owner.label)}`] : [];
+  return [...whose, ...reasons.map((reason) => tr(reason, pin.name))].join("; ");
 }

@@ -4,7 +4,7 @@ import { catalogueOf, readWords } from "../build/catalogue.ts";
 import { allTexts, htmlTexts, textsOf } from "../build/texts.ts";
 import { REFUSALS } from "../src/contact/refusals.ts";
 import { LANGUAGES, languageOf } from "../src/languages.ts";
-import { alarmWords, settingName, TABLES, type Board } from "../src/tables.ts";
+import { alarmWords, pinRefusal, settingName, TABLES, type Board } from "../src/tables.ts";
 import { hashOf, msg, t, tr, useCatalogue } from "../src/words.ts";
 import boards from "../src/generated/boards.json";
 
@@ -40,14 +40,24 @@ function tableTexts(): string[] {
   return [...words, ...Object.values(errors), ...Object.values(alarms), ...rows, ...pins, ...summaries].filter((text) => text !== "");
 }
 
+/** What the page shows of the board files alone. */
+function boardTexts(): string[] {
+  return (boards as unknown as Board[]).flatMap((board) => {
+    const reasons = board.pins.flatMap((pin) => [...(pin.output ?? []), ...(pin.input ?? [])]);
+    return [board.name, board.chip_name, ...board.notes, ...reasons];
+  });
+}
+
 /** The English texts of each file of translations. */
-function wanted(): Record<"page" | "tables" | "contact", Set<string>> {
+function wanted(): Record<"page" | "tables" | "boards" | "contact", Set<string>> {
   const { tagged } = allTexts();
   const ofContact = (file: string): boolean => file.startsWith("contact");
   const page = new Set(tagged.filter(({ file }) => !ofContact(file)).map(({ text }) => text));
   const contact = new Set(tagged.filter(({ file }) => ofContact(file)).map(({ text }) => text));
   for (const text of htmlTexts(readFileSync("setup.html", "utf8"))) contact.add(text);
-  return { page, contact, tables: new Set(tableTexts().filter((text) => !page.has(text))) };
+  const tables = new Set(tableTexts().filter((text) => !page.has(text)));
+  const ofBoards = new Set(boardTexts().filter((text) => !page.has(text) && !tables.has(text)));
+  return { page, contact, tables, boards: ofBoards };
 }
 
 /** Placeholders in order, and blanks at the ends, which join it to its neighbours. */
@@ -85,9 +95,39 @@ test.each(OTHERS)("%s has every text, with the same values in it, and none left 
   }
 });
 
+/** What is the same in each language: commands, pins and other names with a number, pages of a data sheet. */
+function names(text: string): string[] {
+  return [...text.matchAll(/`[^`]+`|[A-Z]+\d+|\((?:Section|Table) [^)]*/g)].map(([name]) => name).sort();
+}
+
+test.each(OTHERS)("the notes of the boards in %s have the same pins and commands", (language) => {
+  const wrong = Object.entries(readWords("boards", language)).filter(([text, other]) => `${names(text)}` !== `${names(other)}`);
+  expect(wrong).toEqual([]);
+});
+
+test("the texts of a board file that no catalogue has are shown in English", () => {
+  const words = catalogueOf("boards.de");
+  useCatalogue(() => words);
+  expect(tr("My own mill: the probe is at J7.")).toBe("My own mill: the probe is at J7.");
+  expect(tr("{0} is wired to my lamp", "GPIO4")).toBe("GPIO4 is wired to my lamp");
+});
+
+test.each([
+  ["en", "GPIO25 is the board's X step; GPIO25 cannot be read on ESP32 and this is an input"],
+  ["de", "GPIO25 ist bei dieser Platine X Schritt; GPIO25 lässt sich auf dem ESP32 nicht lesen, und dies ist ein Eingang"],
+  ["es", "GPIO25 es en esta placa X paso; GPIO25 no se puede leer en el ESP32, y esto es una entrada"],
+])("why a pin is unsuitable, in %s", (language, text) => {
+  const words = language === "en" ? {} : { ...catalogueOf(`page.${language}`), ...catalogueOf(`boards.${language}`) };
+  useCatalogue(() => words);
+  const board = { uses: [{ label: "X step", number: 25 }] } as Board;
+  const pin = { name: "GPIO25", number: 25, output: [], input: ["{0} cannot be read on ESP32 and this is an input"] };
+  expect(pinRefusal(board, pin, false)).toBe(text);
+  expect(pinRefusal(board, { ...pin, output: null }, true)).toBe(null);
+});
+
 test.each(OTHERS)("the catalogue of %s answers each text with its translation", (language) => {
-  for (const [part, files] of Object.entries({ page: ["page", "tables"], contact: ["contact"] })) {
-    const words = catalogueOf(`${part}.${language}`);
+  for (const [part, files] of Object.entries({ "page boards": ["page", "tables", "boards"], contact: ["contact"] })) {
+    const words = Object.assign({}, ...part.split(" ").map((name) => catalogueOf(`${name}.${language}`))) as Record<string, string>;
     useCatalogue(() => words);
     for (const [text, other] of files.flatMap((file) => Object.entries(readWords(file, language)))) expect(tr(text)).toBe(other);
   }

@@ -2,7 +2,7 @@
 import type { ESPLoader, Transport } from "esptool-js";
 import type { Board } from "../tables";
 import { FirmwareError, type Firmware } from "./manifest";
-import { t } from "../words";
+import { t, tr } from "../words";
 
 const FAST_BAUD = 460800;
 /** Embedded PSRAM of this size is octal, and takes GPIO33 to 37. */
@@ -67,7 +67,7 @@ export class BoardDevice {
     const { board } = firmware;
     if (this.chip.family !== firmware.chipFamily)
       throw new FirmwareError(
-        t`This is an ${this.chip.family}, and ${board.name} has an ${board.chip_name}`,
+        t`This is an ${this.chip.family}, and ${tr(board.name)} has an ${board.chip_name}`,
         t`Choose the connected board. Is another board connected, too?`,
       );
     const end = Math.max(...firmware.parts.map((part) => part.offset + part.data.length));
@@ -124,9 +124,9 @@ export class BoardDevice {
     const features = this.chip.features.join(" ");
     const octal = OCTAL_PSRAM.test(features);
     if (octal && PSRAM_1V8.test(features))
-      throw new FirmwareError(t`This module's memory runs at 1.8 V, and so do its GPIO47 and 48: not a ${board.name}`);
+      throw new FirmwareError(t`This module's memory runs at 1.8 V, and so do its GPIO47 and 48: not a ${tr(board.name)}`);
     if (octal && !board.psram_mb.some((size) => size >= 8))
-      throw new FirmwareError(t`This module has octal PSRAM, which takes GPIO33 to 37; ${board.name} is for quad memory`);
+      throw new FirmwareError(t`This module has octal PSRAM, which takes GPIO33 to 37; ${tr(board.name)} is for quad memory`);
     if (!octal && this.chip.family === "ESP32-S3" && board.psram_mb.length > 0 && board.psram_mb.every((size) => size >= 8))
       return [t`No octal PSRAM in this module: the board for quad memory has more free pins.`];
     return [];

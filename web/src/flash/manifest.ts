@@ -68,7 +68,7 @@ export async function loadIndex(get: Fetch = fetchHere): Promise<FirmwareIndex |
 export async function loadFirmware(index: FirmwareIndex, board: Board, get: Fetch = fetchHere): Promise<Firmware> {
   const row = index.boards.find((entry) => entry.id === board.id);
   const build = row?.manifests[0];
-  if (!row || !build) throw new FirmwareError(t`No firmware for ${board.name} on this page`, row?.missing ?? "");
+  if (!row || !build) throw new FirmwareError(t`No firmware for ${tr(board.name)} on this page`, row?.missing ?? "");
   const manifest = await checkedJson(row, build.path, get);
   const { name, version, builds } = manifest as { name?: unknown; version?: unknown; builds?: unknown };
   const first: unknown = Array.isArray(builds) ? builds[0] : undefined;
@@ -78,7 +78,7 @@ export async function loadFirmware(index: FirmwareIndex, board: Board, get: Fetc
   const folder = build.path.replace(/[^/]*$/, "");
   const loaded = await Promise.all(parts.map((part: unknown) => loadPart(row, folder, part, get)));
   if (chipFamily.replace(/-/g, "").toLowerCase() !== board.chip)
-    throw new FirmwareError(t`This firmware is for an ${chipFamily}, and ${board.name} has an ${board.chip_name}`, tr(AGAIN));
+    throw new FirmwareError(t`This firmware is for an ${chipFamily}, and ${tr(board.name)} has an ${board.chip_name}`, tr(AGAIN));
   return { board, name, version, chipFamily, flashMb: build.flash_mb ?? 0, parts: loaded };
 }
 

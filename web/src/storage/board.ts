@@ -5,7 +5,7 @@
 import { computed, signal } from "@preact/signals";
 import { portForLoader } from "../app";
 import { BoardDevice, type Progress } from "../flash/device";
-import { TABLES, type Board, type ChipPin, type StoredPin } from "../tables";
+import { pinRefusal, TABLES, type Board, type ChipPin, type StoredPin } from "../tables";
 import { NvsImage, type StoredValue } from "./nvs";
 import { t, tr } from "../words";
 
@@ -148,7 +148,7 @@ function keepPin(board: Board, row: StoredPin, number: number): void {
 /** Why the firmware will not take this pin for this signal; "" when it will. The rules are the board's (tables.ts). */
 export function refusal(board: Board, row: StoredPin, pin: ChipPin): string {
   if (pin.number === ownPin(board, row)) return "";
-  const reason = row.output ? pin.output : pin.input;
+  const reason = pinRefusal(board, pin, row.output);
   if (reason !== null) return reason;
   const rival = TABLES.storage.pin.find((other) => other.key !== row.key && pinOf(board, other) === pin.number);
   if (rival) return t`${pin.name} is ${tr(rival.label)}`;

@@ -1,5 +1,5 @@
 /** The channels of an I/O module, as the board has them stored: protocol/nvs.toml. Bit n of a mask is channel n. */
-import { TABLES, type Board, type StoredNumber } from "../tables";
+import { pinRefusal, TABLES, type Board, type StoredNumber } from "../tables";
 import { setValue, valueOf } from "./board";
 import { t } from "../words";
 
@@ -66,7 +66,7 @@ export function setFlag(channel: number, flag: keyof typeof MASKS, on: boolean):
 export function channelRefusal(board: Board, channel: Channel, pin: number): string {
   const chip = board.pins.find((entry) => entry.number === pin);
   if (!chip) return t`the board does not have pin ${pin}`;
-  const reason = channel.output ? chip.output : chip.input;
+  const reason = pinRefusal(board, chip, channel.output);
   if (reason !== null) return reason;
   if (board.uses.some((use) => use.signal === "led" && use.number === pin)) return t`${chip.name} is used by the LED`;
   const rival = channels().find((other) => other.number < channel.number && other.pin === pin);

@@ -2,6 +2,7 @@
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
 import { attempt, job } from "../app";
+import { addBoardWords } from "../language";
 import { ControlTab } from "./control";
 import { Header, Notices } from "./header";
 import { JobTab, open as openJob } from "./job";
@@ -20,11 +21,12 @@ interface Tab {
   apart?: boolean;
 }
 
-const GuideTab = later(async () => (await import("./setup")).GuideTab);
-const PinsTab = later(async () => (await import("./setup")).PinsTab);
-const NetworkTab = later(async () => (await import("./setup")).NetworkTab);
-const InOutTab = later(async () => (await import("./setup")).InOutTab);
-const InstallTab = later(async () => (await import("./setup")).InstallTab);
+const setup = async () => (await Promise.all([import("./setup"), addBoardWords()]))[0];
+const GuideTab = later(async () => (await setup()).GuideTab);
+const PinsTab = later(async () => (await setup()).PinsTab);
+const NetworkTab = later(async () => (await setup()).NetworkTab);
+const InOutTab = later(async () => (await setup()).InOutTab);
+const InstallTab = later(async () => (await setup()).InstallTab);
 
 const TABS: readonly Tab[] = [
   { id: "control", title: msg`Control`, icon: "control", view: ControlTab },

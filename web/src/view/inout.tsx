@@ -106,7 +106,7 @@ function RoleCard(): JSX.Element {
   if (board.value.target !== "esp32")
     return (
       <Card title={t`Inputs and mode`} tools={<BoardChoice />}>
-        <p class="soft">{t`The inputs of ${board.value.name} are those of its board file.`}</p>
+        <p class="soft">{t`The inputs of ${tr(board.value.name)} are those of its board file.`}</p>
       </Card>
     );
   const inputs = board.value.uses.filter((use) => use.signal.startsWith("misc_in_"));

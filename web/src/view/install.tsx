@@ -59,10 +59,10 @@ export function InstallTab(): JSX.Element {
 function BoardButton({ board: entry }: { board: Board }): JSX.Element {
   return (
     <button type="button" class="board" aria-pressed={entry.id === board.value.id} data-test={`board-${entry.id}`} onClick={() => chooseBoard(entry.id)}>
-      <strong>{entry.name}</strong>
+      <strong>{tr(entry.name)}</strong>
       <span class="small soft">{tr(entry.summary)}</span>
       <span class="small soft mono">
-        {t`${entry.chip_name}, ${entry.axes.length} axes, ${(entry.step_rate_hz / 1000).toFixed(0)} k steps/s`}
+        {t`${tr(entry.chip_name)}, ${entry.axes.length} axes, ${(entry.step_rate_hz / 1000).toFixed(0)} k steps/s`}
       </span>
     </button>
   );

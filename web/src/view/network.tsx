@@ -36,7 +36,7 @@ export function NetworkTab(): JSX.Element {
   if (board.value.target !== "esp32")
     return (
       <Card title={t`Network`} tools={<BoardChoice />}>
-        <p class="soft">{t`${board.value.name} has no network to set up.`}</p>
+        <p class="soft">{t`${tr(board.value.name)} has no network to set up.`}</p>
       </Card>
     );
   return (

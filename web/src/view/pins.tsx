@@ -40,7 +40,7 @@ function UnknownBoard(): JSX.Element | null {
     <Notice
       kind="warn"
       title={t`The pins of ${by.board} are not known here`}
-      text={t`${by.name} is made from a board file of its owner's. What follows is ${board.value.name}, not the wiring of this controller.`}
+      text={t`${by.name} is made from a board file of its owner's. What follows is ${tr(board.value.name)}, not the wiring of this controller.`}
     />
   );
 }
@@ -50,7 +50,7 @@ export function BoardChoice(): JSX.Element {
     <select class="input" aria-label={t`Board`} value={board.value.id} onChange={(event) => chooseBoard(event.currentTarget.value)}>
       {BOARDS.map((entry) => (
         <option key={entry.id} value={entry.id}>
-          {entry.name}
+          {tr(entry.name)}
         </option>
       ))}
     </select>
@@ -61,11 +61,11 @@ export function PinoutCard(): JSX.Element {
   return (
     <Card title={t`Pin-out`}>
       <a href={pinoutUrl(board.value.id)} target="_blank" rel="noreferrer" title={t`Open in a new tab`}>
-        <img class="pinout" src={pinoutUrl(board.value.id)} alt={t`Pin-out of ${board.value.name}; the table of pins has the same data`} />
+        <img class="pinout" src={pinoutUrl(board.value.id)} alt={t`Pin-out of ${tr(board.value.name)}; the table of pins has the same data`} />
       </a>
       {board.value.notes.map((note) => (
-        <p key={note} class="small soft" lang="en">
-          {note}
+        <p key={note} class="small soft" lang={tr(note) === note ? "en" : undefined}>
+          {tr(note)}
         </p>
       ))}
     </Card>
