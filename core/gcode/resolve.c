@@ -184,6 +184,19 @@ static enum status resolve_wiring(struct resolver *r) {
     return gcode_lacks_coolant(ports, value[GROUP_COOLANT]) ? STATUS_NO_OUTPUT : STATUS_OK;
 }
 
+/* Words that this machine or this line cannot have. */
+static enum status refuse_words(const struct resolver *r) {
+    if ((r->axis_words & ~r->state->axes) != 0)
+        return STATUS_UNSUPPORTED;
+    if ((r->block->words & WORD_BIT('E')) != 0 && !block_has_group(r->block, GROUP_PORT) &&
+        resolve_motion(r->state, r->block) != MOTION_THREAD)
+        return STATUS_UNSUPPORTED; /* as a word that does not exist */
+    if (block_has_group(r->block, GROUP_SCALING) &&
+        (r->axis_words != 0 || (r->block->words & WORD_BIT('S')) != 0))
+        return STATUS_UNSUPPORTED; /* on a lathe these would preset coordinates, or limit the speed */
+    return STATUS_OK;
+}
+
 static enum status resolve_any(const struct gcode_state *state, const struct gcode_block *block,
                                struct gcode_command *command) {
     struct resolver r = {
@@ -195,17 +208,12 @@ static enum status resolve_any(const struct gcode_state *state, const struct gco
         .nonmodal = (enum block_nonmodal)block->value[GROUP_NONMODAL],
         .axes = (enum block_axes)block->axes,
     };
-    enum status status;
+    enum status status = refuse_words(&r);
 
-    if ((r.axis_words & ~state->axes) != 0)
-        return STATUS_UNSUPPORTED;
-    if ((block->words & WORD_BIT('E')) != 0 && !block_has_group(block, GROUP_PORT) &&
-        resolve_motion(state, block) != MOTION_THREAD)
-        return STATUS_UNSUPPORTED; /* as a word that does not exist */
+    if (status != STATUS_OK)
+        return status;
     if (r.axes == AXES_FREE && r.axis_words != 0)
         r.axes = AXES_MOTION;
-    if (block_has_group(block, GROUP_SCALING) && (r.axis_words != 0 || (block->words & WORD_BIT('S')) != 0))
-        return STATUS_UNSUPPORTED; /* on a lathe these would preset coordinates, or limit the speed */
     command->next = state->modal;
     resolve_nothing(command);
     status = resolve_modes(&r);

@@ -39,7 +39,7 @@ bool guard_poll(struct machine *machine) {
     struct hal_inputs before = machine->inputs;
     hal_inputs_read(machine->hal, &machine->inputs);
     const struct hal_inputs *now = &machine->inputs;
-    machine->life.estop_was_released |= !now->estop;
+    state_note_estop(&machine->life, now->estop);
     overrides_see_switch(machine, before.digital);
     if (are_news(machine, now)) /* the end of debouncing; or a board without edge interrupts for them */
         inputs_look(machine);

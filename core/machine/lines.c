@@ -296,3 +296,12 @@ bool lines_poll(struct machine *machine) {
     }
     return any;
 }
+
+uint32_t machine_drop_unread(struct machine *machine) {
+    struct machine_lines *lines = &machine->lines;
+    const uint32_t dropped = rx_drop_job(&lines->rx);
+    line_reader_reset(machine->park.open ? &machine->aside.job.lines.reader : &lines->reader);
+    if (!machine->park.open)
+        lines->from = rx_taken(&lines->rx);
+    return dropped;
+}

@@ -47,15 +47,6 @@ size_t machine_line_room(const struct machine *machine) {
     return rx_free(&machine->lines.rx);
 }
 
-uint32_t machine_drop_unread(struct machine *machine) {
-    struct machine_lines *lines = &machine->lines;
-    const uint32_t dropped = rx_drop_job(&lines->rx);
-    line_reader_reset(machine->park.open ? &machine->aside.job.lines.reader : &lines->reader);
-    if (!machine->park.open)
-        lines->from = rx_taken(&lines->rx);
-    return dropped;
-}
-
 void machine_pendant_lost(struct machine *machine) {
     const bool jogs = machine->life.state == MACHINE_JOG;
     if (jogs || machine->park.open) {

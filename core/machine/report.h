@@ -35,7 +35,7 @@ static inline void report_changed_mpg(struct machine_reports *reports, bool on) 
 /** Grbl's greeting */
 void report_banner(struct machine *machine);
 
-/** board.start_id as 8 digits, with what stands before and behind it; nothing where there is none */
+/** board.start_id as 8 digits, with these texts before and after it; nothing where there is none */
 void report_start(const struct machine *machine, const char *before, const char *behind);
 
 /** [MSG:text] */

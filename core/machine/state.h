@@ -20,6 +20,11 @@ struct machine_life {
     bool restarted;          /* locked since a restart that was not requested: board.restart */
 };
 
+/** [task] How the e-stop's input is, at each look. */
+static inline void state_note_estop(struct machine_life *life, bool pressed) {
+    life->estop_was_released |= !pressed;
+}
+
 /** Reset at the next look at real-time requests. */
 static inline void state_ask_reset(struct machine_life *life, bool asked) {
     life->reset_asked = asked;

@@ -157,8 +157,10 @@ bool tasks_await_ticks(const struct tasks *tasks) {
     return motion_awaits && tasks_sleep(tasks) && !tasks->task[HOST_CONTROLLER].idle;
 }
 
-uint32_t tasks_rounds_max(const struct tasks *tasks) {
-    return tasks->rounds_max;
+/* A task without a rest: as long as it may, and the round in which that time ended. */
+uint32_t tasks_rounds_over(const struct tasks *tasks) {
+    enum { ROUNDS_MAX = ESP32_WORK_MAX_US / ESP32_ROUND_US + 1 };
+    return tasks->rests && tasks->rounds_max > ROUNDS_MAX ? tasks->rounds_max : 0;
 }
 
 bool tasks_sleep(const struct tasks *tasks) {

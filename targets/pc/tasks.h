@@ -72,8 +72,9 @@ void tasks_wake(struct tasks *tasks, uint64_t now_ticks);
 /** Each side that looks has a tick at which it does: nothing that happens makes it look sooner. */
 bool tasks_await_ticks(const struct tasks *tasks);
 
-/** The most looks with work, since the begin, that a task has not slept between. */
-uint32_t tasks_rounds_max(const struct tasks *tasks);
+/** The most looks with work, since the begin, that a task has not slept between, where they are more than the
+ * ESP32's tasks may make (ESP32_WORK_MAX_US). @return 0: they are not, or its periods are not used */
+uint32_t tasks_rounds_over(const struct tasks *tasks);
 
 /** Tasks sleep between two looks; else everything is looked at all the time. */
 bool tasks_sleep(const struct tasks *tasks);

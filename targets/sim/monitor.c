@@ -4,7 +4,6 @@
 #include "host_inner.h"
 
 #include "input/line_reader.h"
-#include "task_periods.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -12,8 +11,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A task without a rest: as long as it may, and the round in which that time ended. */
-enum { ROUNDS_MAX = ESP32_WORK_MAX_US / ESP32_ROUND_US + 1 };
 enum { SAID_SIZE = 160, FOUND_SIZE = 240, AHEAD_MAX = 1 << 12 };
 
 #define WINDOWS_A_S   100u /* of 10 ms */
@@ -290,9 +287,9 @@ static void check_stops(struct monitor *monitor) {
 
 /* In the ESP32's periods. */
 static void check_rests(struct monitor *monitor) {
-    const struct tasks *tasks = &monitor->host->tasks;
-    if (tasks->rests && tasks_rounds_max(tasks) > ROUNDS_MAX)
-        found(monitor, "a task has worked %u rounds without a rest", (unsigned)tasks_rounds_max(tasks));
+    const uint32_t rounds = tasks_rounds_over(&monitor->host->tasks);
+    if (rounds > 0)
+        found(monitor, "a task has worked %u rounds without a rest", (unsigned)rounds);
 }
 
 static void looked(void *ctx, bool controller) {

@@ -116,7 +116,7 @@ void program_note(struct program *program, enum gcode_modes modes);
 
 /** After the last line: note what of the file is not run. Lines of subroutines count only after a closing %.
  *  @param ends  the line that was read last is M2 or M30; of one in a loop, an if or a subroutine nothing is
- *               said, as what follows it may have run */
+ *               noted, as what follows it may have run */
 void program_note_end(struct program *program, bool ends, struct program_end *out);
 
 /** The filtered line is an O line, well formed: a stream cannot carry it out, a program can. */

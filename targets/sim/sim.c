@@ -596,7 +596,5 @@ int sim_close(struct sim *sim) {
     }
     bool lost = (sim->measure != NULL && measure_samples_lost(sim->measure)) ||
                 (sim->survey != NULL && engraving_lost(survey_engraving(sim->survey)));
-    if (error == 0 && lost)
-        error = ENOMEM;
-    return error;
+    return error == 0 && lost ? ENOMEM : error;
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * A panic of the ESP32: outputs first, then the note for the next start, then ESP-IDF's text and reset; and a
  * restart by software, which leaves the pins as they are, too. */
-#include "app/panic.h"
+#include "main/panic.h"
 
 #include "app/restart_note.h"
 #include "check.h"

@@ -130,7 +130,7 @@ def test_tasks_rest_whatever_waits(chip: str, tmp_path: Path) -> None:
 
 
 def test_a_panic_switches_outputs_off_first(tmp_path: Path) -> None:
-    run_parts("panic", ("app/panic.c", "app/restart_note.c"), "esp32", tmp_path)
+    run_parts("panic", ("main/panic.c", "app/restart_note.c"), "esp32", tmp_path)
     assert "--wrap=esp_panic_handler" in (ESP32 / "main" / "CMakeLists.txt").read_text()
 
 

@@ -75,7 +75,7 @@ static void shut(const struct net_stream *stream) {
     scene.open = false;
 }
 
-/* A second connection, which leaves at once. */
+/* A second connection, which leaves immediately. */
 static unsigned seconds_open;
 static bool second_is_refused;
 

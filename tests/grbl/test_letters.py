@@ -57,7 +57,7 @@ def test_commands_alone_still_act(grbl: Grbl, bytes_: str) -> None:
 
 def test_a_letter_that_is_cut_keeps_one_byte_at_most(grbl: Grbl) -> None:
     """Its rest comes with the next packet; a command in its place is text, the one after it acts, and so do ! and
-    Ctrl-X at once."""
+    Ctrl-X immediately."""
     grbl.after(0.3, "$J=G91X-50F1000\n")
     grbl.send("(\xc3\x85")
     assert grbl.state() == "Idle" and grbl.position()[0] == -50 * 250, "that jog was not cancelled"

@@ -53,7 +53,7 @@ def test_the_sender(case):
         # M2 in a branch ends the program where it is executed, and nothing can be said of the rest
         (["#1=1", "o1 if [#1 GT 0]", "G0X1", "M2", "o1 endif", "G0X2"], [3, 4], (0, 0, 0, 0)),
         (["#1=0", "o1 if [#1 GT 0]", "M2", "o1 endif", "G0X2", "M2", "G0X3"], [5, 6], (6, 1, 7, 0)),
-        # subroutines may stand behind the end; they are no part of the way
+        # subroutines may follow the end; they are no part of the way
         (["o<t> call", "M2", "o<t> sub", "G0X1", "o<t> endsub"], [4, 2], (0, 0, 0, 0)),
         (["o<t> call", "M2", "o<t> sub", "G0X1", "o<t> endsub", "G0X9"], [4, 2], (2, 1, 6, 0)),
         # nothing after the closing % belongs to the program

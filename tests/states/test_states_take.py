@@ -30,7 +30,7 @@ def pair() -> Iterator[ServerPair]:
 
 
 def take(hub: HubHosts, place: int = 1) -> str:
-    """What the taker is told within one round trip, with the answer to its `?`."""
+    """What the taker receives within one round trip, with the answer to its `?`."""
     hub.heard_of(place)
     hub.put_of(place, "$TAKE\n")
     return hub.heard_of(place)

@@ -82,8 +82,9 @@ _WIRING = """## 1. Wire it
 
 {pins}
 
-Active low: on when the pin is at ground. `$5`, `$6` and `$749` invert limits, probe and e-stop. The e-stop is pressed while
-its contact is open, as is one that is not wired: bridge it on the desk ([E-stop](../wiring/switches.md#e-stop-door-buttons)). [boards.md](../boards.md#{board.id}) has every pin and the risks.
+Active low: on when the pin is at ground. `$5`, `$6` and `$749` invert limits, probe and e-stop. The e-stop is pressed
+while its contact is open, as is one that is not wired: bridge it on the desk
+([E-stop](../wiring/switches.md#e-stop-door-buttons)). [boards.md](../boards.md#{board.id}) has every pin and the risks.
 """
 
 _ESP32 = """## 2. Write the firmware

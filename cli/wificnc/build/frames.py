@@ -15,6 +15,10 @@ LARGER: dict[str, tuple[int, str]] = {
     "core/settings/store.c": (2048, "every value of a page together; the controller's task alone comes here"),
     "core/machine/compute.c": (2048, "a line, what it computes, and the line that comes of it"),
     "core/gcode/jog.c": (2048, "a copy of the modes, so that a jog cannot change the program's"),
+    "targets/esp32/store/nvs_store.c": (
+        2048,
+        "all settings of the store together; the controller's task alone comes here",
+    ),
     "targets/net/": (2048, "one datagram or one head of a request"),
     "targets/sim/": (2048, "a whole line and its variants; on a computer alone"),
     "targets/pc/": (2048, "paths and requests; on a computer alone"),

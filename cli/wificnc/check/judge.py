@@ -172,7 +172,7 @@ def remarks(result: SimResult, program: bytes) -> Iterator[Finding]:
 
 
 def unrun(ending: Ending, file_lines: int) -> Iterator[Finding]:
-    """What stands after the program's end in the file."""
+    """What follows the program's end in the file."""
     if ending.unrun:
         yield Finding("not-run", Severity.WARNING, ending.first, file_lines, ending.words, ending.hint)
 

@@ -84,6 +84,7 @@ def check_job(options: CheckOptions, on_progress: Progress | None = None) -> Che
     )
     result = run_job(load_library(ensure_host_library()), request, on_progress)
     extents = tuple(_extents(result, machine))
+    found = _findings(result, text, machine, extents, zero is not None)
     return CheckReport(
         result=result,
         machine=machine.name,
@@ -91,14 +92,7 @@ def check_job(options: CheckOptions, on_progress: Progress | None = None) -> Che
         work_zero=zero is not None,
         step_rate_limit_hz=pulse_rate_hz(board, machine.stepper.step_pulse_us or 0),
         extents=extents,
-        findings=tuple(
-            judge.ordered(
-                [
-                    *_findings(result, text, machine, extents, zero is not None),
-                    *surely_wrong(program.lines, _values(request.settings)),
-                ]
-            )
-        ),
+        findings=tuple(judge.ordered([*found, *surely_wrong(program.lines, _values(request.settings))])),
     )
 
 

@@ -235,7 +235,7 @@ def _uart(root: Section, found: list[DriverFacts], remarks: Remarks) -> dict[str
 
 
 def _spi(root: Section, found: list[DriverFacts], remarks: Remarks) -> dict[str, Any]:
-    """A chain where they share a select line, else each with its own. All or none: a driver whose select line nobody
+    """A chain where they share a select line, else each with its own. All or none: a driver whose select line no pin
     drives takes what is meant for the others."""
     section = root.section("spi")
     names = {"mosi": "mosi_pin", "miso": "miso_pin", "sclk": "sck_pin"}

@@ -37,8 +37,8 @@ def driven_axes(axes: Sequence[AxisFacts], remarks: Remarks) -> list[AxisFacts]:
         if driver.is_off:
             why = (
                 f"registers of its {driver.name} are not written, as {driver.unwritten}, and until they are, its "
-                f"outputs are off (TOFF = 0): {facts.letter} is left out. If pins set the driver to stand-alone, name "
-                "it stepstick in the configuration and import it again"
+                f"outputs are off (TOFF = 0): {facts.letter} is left out. If pins make the driver work without "
+                "registers, name it stepstick in the configuration and import it again"
             )
             remarks.lost(driver.path, driver.line, why)
         else:
@@ -49,7 +49,7 @@ def driven_axes(axes: Sequence[AxisFacts], remarks: Remarks) -> list[AxisFacts]:
 def _undriven(facts: AxisFacts) -> str:
     if not facts.undriven or not facts.motors:
         return ""
-    return f"{facts.undriven[0]} is none that can be driven here, and the other one is"
+    return f"{facts.undriven[0]} cannot be driven here, and the other one can"
 
 
 def _unequal(drivers: Sequence[DriverFacts]) -> str:

@@ -99,7 +99,7 @@ class Section:
             return number
         text = self.take(name)
         if text is not None:
-            why = f"{text!r} is not understood" if number is None else f"{text} is no value for it, which is above 0"
+            why = f"{text!r} is not understood" if number is None else f"{text} is not a value for it, which is above 0"
             why += f": {default:g}, FluidNC's default, is taken; set the right one before the first move"
             remarks.lost(f"{self.path}.{name}".strip("."), self.line_of(name), why)
         return default

@@ -78,9 +78,7 @@ class Ending:
         if not self.unrun:
             return None
         first = self.second or self.first
-        return (
-            f"to run them, save the file from line {first} on as a file of its own, or take out what ends the program"
-        )
+        return f"to run them, save the file from line {first} on as a separate file, or take out what ends the program"
 
 
 def has_end_code(code: bytes) -> bool:

@@ -122,7 +122,7 @@ def read_program(name: str, data: bytes, jumps: bool | None = None) -> Program:
     """The lines of a job, up to its end.
 
     Args:
-        jumps: it has O words, so M2 and M30 end it where they are executed, and not where they stand; None: look.
+        jumps: it has O words, so M2 and M30 end it where they are executed, not in the order of lines; None: look.
 
     Raises:
         JobError: code holds bytes that a controller takes for real-time commands, a $ line that no job may have, or

@@ -274,6 +274,7 @@ def _result(sim: Simulation, request: JobRequest, left_out: tuple[str, ...]) -> 
     hz = request.timing.timer_hz
     places = (native.position_mm, native.min_mm, native.max_mm)
     positions_mm, min_mm, max_mm = (tuple(values[: len(axes)]) for values in places)
+    travel_warnings = _travel_warnings(axes, min_mm, max_mm, request.travel_mm)
     return SimResult(
         file=request.file,
         axes=axes,
@@ -286,9 +287,9 @@ def _result(sim: Simulation, request: JobRequest, left_out: tuple[str, ...]) -> 
         final_position_mm=positions_mm,
         box_min_mm=min_mm,
         box_max_mm=max_mm,
-        job_time_s=native.job_ticks / hz,
-        cutting_time_s=native.cutting_ticks / hz,
-        rapid_time_s=native.rapid_ticks / hz,
+        job_time_s=native.job_ticks / request.timing.timer_hz,
+        cutting_time_s=native.cutting_ticks / request.timing.timer_hz,
+        rapid_time_s=native.rapid_ticks / request.timing.timer_hz,
         max_speed_mm_s=tuple(native.max_speed_mm_s[: len(axes)]),
         max_accel_mm_s2=tuple(native.max_accel_mm_s2[: len(axes)]),
         accel_window_s=tuple(native.accel_window_s[: len(axes)]),
@@ -298,7 +299,7 @@ def _result(sim: Simulation, request: JobRequest, left_out: tuple[str, ...]) -> 
         underruns=native.counters.underruns,
         plan_unmet=native.counters.plan_unmet,
         errors=_line_errors(sim, request.text),
-        warnings=(*left_out, *_remarks(sim, native), *_travel_warnings(axes, min_mm, max_mm, request.travel_mm)),
+        warnings=(*left_out, *_remarks(sim, native), *travel_warnings),
         travel_mm=request.travel_mm,
         samples=sim.samples(),
         ending=native.program_end.ending,

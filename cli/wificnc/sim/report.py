@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from typing import Any
 
-from wificnc.sim.job import Engraving, LineError, SimResult, ToolChange
+from wificnc.sim.job import Engraving, LineError, SimEvent, SimResult, ToolChange
+
+ByAxis = Callable[[Sequence[float]], dict[str, float]]
 
 TOOL_CHANGES_SHOWN = 8
 LASER_HINT = (
@@ -48,14 +50,15 @@ def report_json(result: SimResult) -> dict[str, Any]:
         "errors": [asdict(error) for error in result.errors],
         "laser": _laser_json(result.engraving) if result.engraving else None,
         "warnings": [*result.warnings, *warned],
-        "events": [
-            {
-                **{key: getattr(event, key) for key in ("time_s", "action", "done", "state")},
-                "position_mm": by_axis(event.position_mm),
-                "position_steps": by_axis(event.position_steps),
-            }
-            for event in result.events
-        ],
+        "events": [_event_json(event, by_axis) for event in result.events],
+    }
+
+
+def _event_json(event: SimEvent, by_axis: ByAxis) -> dict[str, Any]:
+    return {
+        **{key: getattr(event, key) for key in ("time_s", "action", "done", "state")},
+        "position_mm": by_axis(event.position_mm),
+        "position_steps": by_axis(event.position_steps),
     }
 
 

@@ -27,8 +27,10 @@ void services_start(struct services *services, struct access *access, const stru
         .board = BOARD_ID, .chip_id = CHIP_ID, .project = "wificnc", .digest = ota_flash_digest()};
     char address[NET_ADDRESS_SIZE], port[8];
     int error;
-    *services = (struct services){
-        .flash = *flash, .mdns = {.port = telnet_port}, .trial = {.on = ota_flash_is_on_trial()}};
+    memset(services, 0, sizeof *services); /* by value it would be a temporary of 1 KB on the stack */
+    services->flash = *flash;
+    services->mdns.port = telnet_port;
+    services->trial.on = ota_flash_is_on_trial();
     ota_init(&services->ota, &ota_flash_ops, &services->flash, &image, access);
     services->ota.on_trial = services->trial.on;
     snprintf(port, sizeof port, "%d", OTA_PORT);

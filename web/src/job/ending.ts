@@ -77,7 +77,7 @@ export function endingWords({ line, unrun, first, second }: Ending): { title: st
   return {
     title: unrun === 1 ? t`Line ${first} is not run: the program ends in line ${line}` : t`${unrun} lines from line ${first} on are not run: the program ends in line ${line}`,
     text: second
-      ? t`Another program begins in line ${second}. To run it, save the file from there on as a file of its own.`
-      : t`To run them, save the file from line ${begin} on as a file of its own, or take out what ends the program.`,
+      ? t`Another program begins in line ${second}. To run it, save the file from there on as a separate file.`
+      : t`To run them, save the file from line ${begin} on as a separate file, or take out what ends the program.`,
   };
 }

@@ -41,7 +41,7 @@ export interface LogEntry {
 const ASK_MOVING_MS = 100;
 const ASK_RESTING_MS = 250;
 const SILENT_MS = 3000;
-/** A network link on which nothing comes for so long is given up: a new one is opened. */
+/** A network link on which nothing comes for this time is given up: a new one is opened. */
 const DEAD_MS = 5000;
 const LOG_LINES = 500;
 /** A board that starts when its port is opened says something within this time. */
@@ -109,7 +109,7 @@ export class Controller {
   readonly dropped = signal<readonly RealtimeName[]>([]);
   /** Another one after each start of the controller; "": it does not say. */
   readonly startId = signal("");
-  /** The controller was switched off or restarted since this page knew its position, and nobody has homed it or set a zero. */
+  /** The controller was switched off or restarted since this page knew its position, and it was not homed since, nor a zero set. */
   readonly positionLost = signal(false);
   readonly status = signal<Status | null>(null);
   readonly wco = signal<number[]>([]);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-#include "app/panic.h"
+#include "main/panic.h"
 
 #include "app/restart_note.h"
 #include "hal/chip_hal.h"
