@@ -151,7 +151,7 @@ def _compiler(directory: Path, variant: str) -> Compiler:
     stamp = {
         "compiler": compiler_stamp(argv),
         "flags": [*FLAGS, *SYSTEM.flags, *VARIANTS[variant][0], *SYSTEM.link_flags],
-        "frames": [LARGER, PC_FACTOR],
+        "frames": [{name: bytes_max for name, (bytes_max, _) in LARGER.items()}, PC_FACTOR],
     }
     stored = _load_json(stamp_file)
     if isinstance(stored, dict) and stored.get("stamp") == stamp:

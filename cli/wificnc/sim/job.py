@@ -271,7 +271,6 @@ def _result(sim: Simulation, request: JobRequest, left_out: tuple[str, ...]) -> 
     native = sim.result()
     axes = AXES[: request.timing.axis_count]
     _check_counters(native)
-    hz = request.timing.timer_hz
     places = (native.position_mm, native.min_mm, native.max_mm)
     positions_mm, min_mm, max_mm = (tuple(values[: len(axes)]) for values in places)
     travel_warnings = _travel_warnings(axes, min_mm, max_mm, request.travel_mm)
