@@ -5,7 +5,7 @@
 # `page` and `signing-key` write the headers into the build directory, and only when they change.
 #
 # A larger stack frame is an error: cli/wificnc/build/frames.py has the limit of each file, this is the largest.
-set(wificnc_options -ffp-contract=off -fno-math-errno -fno-jump-tables -Werror=frame-larger-than=2048)
+set(wificnc_options -ffp-contract=off -fno-math-errno -fno-jump-tables -Werror=frame-larger-than=4096)
 
 # CONFIG_APP_REPRODUCIBLE_BUILD names the project's folder alike everywhere. `idf.py` has targets/esp32 as project, and
 # core, targets/chip and targets/net lie outside: debug information had their folder, and the image has the ELF's sum

@@ -74,7 +74,7 @@ def test_the_esp32s_build_has_the_largest_limit() -> None:
     """tools/xtensa has the limit of each file; ESP-IDF's build one for all."""
     options = (ROOT / "targets/esp32/board.cmake").read_text(encoding="utf-8")
     found = re.findall(r"-Werror=frame-larger-than=(\d+)", options)
-    assert found == [str(frames.FIRMWARE_BYTES)]
+    assert found == [str(frames.firmware_limit("esp32"))]
 
 
 def test_exceptions_are_few_and_of_files_that_exist() -> None:

@@ -108,6 +108,8 @@ def test_settings_of_a_machine_that_was_met_in_a_job(
     expect(page.locator("[data-test=state]")).to_have_text("Run")
     page.locator("[data-test=take]").click()
     page.locator("[data-test=take-anyway]").click()
+    expect(page.locator("[data-test=state]")).to_have_text("Hold")
+    page.locator("[data-test=resume]").click()
     expect(page.locator("[data-test=state]")).to_have_text("Run")
     assert hands_say(server, "speed 4") == "ok"
     expect(page.locator("[data-test=state]")).to_have_text("Idle")

@@ -15,10 +15,8 @@ LARGER: dict[str, tuple[int, str]] = {
     "core/settings/store.c": (2048, "every value of a page together; the controller's task alone comes here"),
     "core/machine/compute.c": (2048, "a line, what it computes, and the line that comes of it"),
     "core/gcode/jog.c": (2048, "a copy of the modes, so that a jog cannot change the program's"),
-    "targets/esp32/store/nvs_store.c": (
-        2048,
-        "all settings of the store together; the controller's task alone comes here",
-    ),
+    "targets/esp32/net/ota.c": (2048, "a piece of an image, 1 KB"),
+    "targets/esp32/store/nvs_store.c": (4096, "an image of all settings, and its pairs; the controller's task alone"),
     "targets/net/": (2048, "one datagram or one head of a request"),
     "targets/sim/": (2048, "a whole line and its variants; on a computer alone"),
     "targets/pc/": (2048, "paths and requests; on a computer alone"),
@@ -26,7 +24,6 @@ LARGER: dict[str, tuple[int, str]] = {
     "targets/pc/serve_claim.c": (4096, "a path of 4 KB"),
     "targets/pc/host_store.c": (10240, "paths of 4 KB and a whole file of settings"),
 }
-FIRMWARE_BYTES = max(size for name, (size, _) in LARGER.items() if not name.startswith(("targets/pc", "targets/sim")))
 
 PC_FACTOR = 2  # pointers of 8 bytes, and functions are inlined into each other freely
 
@@ -36,6 +33,13 @@ def frame_limit(source: Path, root: Path) -> int:
     name = source.relative_to(root).as_posix()
     found = max((row for row in LARGER if name.startswith(row)), key=len, default=None)
     return FRAME_BYTES if found is None else LARGER[found][0]
+
+
+def firmware_limit(target: str) -> int:
+    """The largest of all files of a firmware, such as "esp32": for what is compiled or linked in one call."""
+    return max(
+        size for name, (size, _) in LARGER.items() if name.startswith(("core/", "targets/net/", f"targets/{target}/"))
+    )
 
 
 def frame_flags(bytes_max: int, *, family: str) -> tuple[str, ...]:

@@ -18,7 +18,7 @@ from wificnc.board.header import pin_header_text, write_if_changed
 from wificnc.board.model import Board
 from wificnc.build.checkout import checkout_root
 from wificnc.build.compiler import compiler_stamp, identify_compiler
-from wificnc.build.frames import FIRMWARE_BYTES, LARGER, frame_flags, frame_limit
+from wificnc.build.frames import LARGER, firmware_limit, frame_flags, frame_limit
 from wificnc.build.lock import build_lock
 from wificnc.build.mips import Choice, MipsCompiler, find_compiler, include_flags
 from wificnc.build.objects import Unit, compile_stale, failure, is_older
@@ -125,7 +125,7 @@ def _link(root: Path, compiler: MipsCompiler, objects: Sequence[Path], elf: Path
     options = [PREFIX_MAP.format(root=root), f"-Wl,-T,{root / LINKER_SCRIPT}"]
     if compiler.name == "gcc":  # zig writes no map, and makes no code here
         options.append(f"-Wl,-Map,{elf.with_suffix('.map')}")
-        options += frame_flags(FIRMWARE_BYTES, family=compiler.family)
+        options += frame_flags(firmware_limit("pic32mz"), family=compiler.family)
     command = [*compiler.argv, *compiler.link, *options, "-o", str(elf), *map(str, objects)]
     run = subprocess.run(
         command, cwd=root, capture_output=True, text=True, encoding="utf-8", errors="replace", stdin=subprocess.DEVNULL
