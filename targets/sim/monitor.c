@@ -4,6 +4,7 @@
 #include "host_inner.h"
 
 #include "input/line_reader.h"
+#include "input/text_byte.h"
 
 #include <math.h>
 #include <stdarg.h>
@@ -50,6 +51,7 @@ struct monitor {
     uint64_t steps, looked_steps; /* events seen; at the last look */
     /* lines */
     struct line_reader model;
+    uint8_t text_left; /* as that of struct rx */
     uint8_t expected[AHEAD_MAX];
     uint32_t sent, answered, banners, reports;
     bool lossy;
@@ -336,6 +338,8 @@ static void put_realtime(struct monitor *monitor, uint8_t byte) {
 
 static void put(void *ctx, uint8_t byte, bool lossy) {
     struct monitor *monitor = ctx;
+    if (!text_byte(&monitor->text_left, &byte))
+        return;
     put_realtime(monitor, byte);
     if (byte == 0xA3) { /* the operator's lines are answered before those that wait */
         monitor->lossy = true;
@@ -442,6 +446,7 @@ static void release_all(struct monitor *monitor) {
     virtual_no_surface(host);
     for (int input = 0; input < VIRTUAL_INPUT_COUNT; input++)
         virtual_set(host, input, false);
+    virtual_set(host, VIRTUAL_ESTOP, host->machine.settings.estop_normally_open); /* its contact rests */
     host_stall_randomly(host, &none);
 }
 

@@ -202,7 +202,7 @@ def test_settings_print_formats(grbl: Grbl) -> None:
     $25
     $27 and $100+ (three decimals), $30 $31 as zero-decimal floats; $34 to $36 (as in grblHAL), $75, $93, $394 and $539
     one, $140+ (mA), $150+ (microsteps), $340, $341, $346, $374, $375, $395, $400, $460 to $467, $681, $744,
-    $745, $747 and $748 none. Ours: $57 to $59 three, $170+ are kinds, $180+
+    $745 and $747 to $749 none. Ours: $57 to $59 three, $170+ are kinds, $180+
     Hz with two decimals, $220+ to $260+ and $746 none."""
     grbl.fine("$13=1", "$30=1000.4", "$110=5000.0004")
     rows = dict(line[1:].split("=") for line in grbl.send("$$\n").split("\r\n") if line.startswith("$"))
@@ -212,7 +212,7 @@ def test_settings_print_formats(grbl: Grbl) -> None:
         )
         if int(number) in (11, 12, 24, 25, 27, 40, 41, 57, 58, 59, 81, 82):
             decimals = 3
-        elif int(number) in (206, 340, 341, 346, 374, 375, 395, 400, 681, *range(744, 749), *range(460, 468)):
+        elif int(number) in (206, 340, 341, 346, 374, 375, 395, 400, 681, *range(744, 750), *range(460, 468)):
             decimals = 0
         elif int(number) in (34, 35, 36, 75, 93, 394, 539):
             decimals = 1
@@ -254,3 +254,10 @@ def test_a_setting_does_not_round_the_position(grbl: Grbl) -> None:
     assert grbl.position()[0] == 250 and "MPos:2.000," in grbl.status()
     grbl.fine("G0X0")
     assert grbl.position()[0] == 0
+
+
+@pytest.mark.parametrize(("line", "answer"), [("$100", "$100=250.000\r\nok\r\n"), ("$22", "$22=0\r\nok\r\n")])
+def test_a_setting_alone_is_a_question(grbl: Grbl, line: str, answer: str) -> None:
+    """As in grblHAL; a number that no setting has is error:3."""
+    assert grbl.send(line + "\n") == answer
+    assert grbl.send("$9999\n") == "error:3\r\n"

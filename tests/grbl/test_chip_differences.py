@@ -14,12 +14,14 @@ HERE = Path(__file__).parent
 
 @cache
 def names_with_a_controller() -> frozenset[str]:
-    """file::test of every test here that takes `grbl`."""
+    """file::test of every test here that takes `grbl`, or a fixture of its file that does."""
     found = set()
     for path in HERE.glob("test_*.py"):
-        for node in ast.parse(path.read_text(encoding="utf-8")).body:
-            if isinstance(node, ast.FunctionDef) and "grbl" in [argument.arg for argument in node.args.args]:
-                found.add(f"{path.name}::{node.name}")
+        body = ast.parse(path.read_text(encoding="utf-8")).body
+        functions = [node for node in body if isinstance(node, ast.FunctionDef)]
+        taken = {node.name: {argument.arg for argument in node.args.args} for node in functions}
+        makers = {"grbl"} | {name for name, arguments in taken.items() if "grbl" in arguments}
+        found |= {f"{path.name}::{name}" for name, arguments in taken.items() if arguments & makers}
     return frozenset(found)
 
 

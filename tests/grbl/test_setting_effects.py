@@ -53,7 +53,7 @@ def test_nothing_is_left_as_it_was_derived_before(machine: Grbl, row: Setting) -
     """Whatever could be derived from settings is already what deriving all of it makes."""
     machine.fine("$22=1")
     answer = machine.send(f"${row.number}={another(row, present(machine, row))}\n")
-    assert answer.endswith("ok\r\n"), answer
+    assert "ok\r\n" in answer, answer
     before = in_memory(machine)
     for function in EVERYTHING:
         getattr(LIB, function)(LIB.host_machine(machine._host))
