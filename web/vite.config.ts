@@ -14,7 +14,7 @@ export default defineConfig({
     rolldownOptions: {
       input: ["index.html", "setup.html"],
       // In one file: each more costs a request and its head.
-      output: { advancedChunks: { groups: [{ name: "libraries", test: /node_modules\/(preact|@preact|@noble)\// }] } },
+      output: { advancedChunks: { groups: [{ name: "libraries", test: /node_modules\/(preact|@preact)\// }] } },
     },
     manifest: "files.json", // which file loads which, for firmware that carries the page
   },

@@ -1,5 +1,6 @@
 import { expect, it } from "vitest";
-import { loginProof, trustedOf } from "../src/link/login";
+import { loginProof } from "../src/link/login";
+import { trustedOf } from "../src/link/trust";
 
 const ASKED = "[LOGIN:000102030405060708090a0b0c0d0e0f,6465666768696a6b6c6d6e6f70717273,2000]";
 

@@ -1,7 +1,8 @@
 import { readFileSync } from "node:fs";
 import { describe, expect, it } from "vitest";
 import { MACHINES, readProfile } from "../src/link/profile";
-import { readSettings, sendingOrder, SettingsFileError } from "../src/link/settingsfile";
+import { sendingOrder, SettingsFileError } from "../src/link/settingsfile";
+import { readSettings } from "../src/link/settingsimport";
 
 /** Of the command line: profile text, and the settings that it makes of it (tests/web/test_units.py). */
 const oracle = process.env.WIFICNC_PROFILES;

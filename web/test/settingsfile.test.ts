@@ -1,5 +1,6 @@
 import { expect, it } from "vitest";
-import { defaultsText, exportText, importText, sendingOrder, SettingsFileError } from "../src/link/settingsfile";
+import { defaultsText, exportText, sendingOrder, SettingsFileError } from "../src/link/settingsfile";
+import { importText } from "../src/link/settingsimport";
 import { AXES, settingProblem, settingsOf } from "../src/tables";
 
 const everything = new Map(settingsOf(AXES.length).map(({ number, row }) => [number, defaultsText(row)]));

@@ -5,7 +5,6 @@
 import { batch, computed, effect, signal } from "@preact/signals";
 import { AXES, TABLES, alarmWords, errorWords, settingsOf, type RealtimeName } from "../tables";
 import { checkLine } from "./line";
-import { loginProof } from "./login";
 import { LineSplitter, parse, receiveBuffer, type Message, type Status } from "./messages";
 import { LineQueue, SMALLEST_BUFFER, type Answer } from "./queue";
 import { changedBy, isQuestion, QUESTIONS, type Question } from "./questions";
@@ -267,6 +266,7 @@ export class Controller {
 
   /** The key itself is never sent: who listens to the network learns nothing of use. */
   async login(key: string): Promise<boolean> {
+    const { loginProof } = await import("./login"); // its hashes are of no use without a key
     const asked = await this.ask("$LOGIN", true);
     if (asked.kind !== "ok") return false;
     const proof = loginProof(key, asked.said);

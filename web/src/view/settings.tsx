@@ -2,7 +2,7 @@
 import { computed, signal } from "@preact/signals";
 import type { JSX } from "preact";
 import { attempt, controller, noHoming } from "../app";
-import { defaultsText, exportText, readSettings, same } from "../link/settingsfile";
+import { defaultsText, exportText, same } from "../link/settingsfile";
 import { findSetting, settingName, settingProblem, settingsOf, type Setting } from "../tables";
 import { ApplyDialog, changesOf, MachineChoice, missingText } from "./apply";
 import { later } from "./later";
@@ -112,6 +112,7 @@ function bring(values: ReadonlyMap<number, string>, name: string): void {
 }
 
 async function importFile(file: File): Promise<void> {
+  const { readSettings } = await import("../link/settingsimport");
   bring(await readSettings(await file.text()), file.name);
 }
 

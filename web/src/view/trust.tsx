@@ -2,7 +2,7 @@
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
 import { attempt, controller, job } from "../app";
-import { trustedOf, type Trusted } from "../link/login";
+import { trustedOf, type Trusted } from "../link/trust";
 import { Button, Card, duration } from "./parts";
 import { t } from "../words";
 
