@@ -26,7 +26,7 @@ void port_say(const char *line, size_t size);
 
 /* ---- waiting ---- */
 
-enum { PORT_POLLS_MAX = 256 };
+enum { PORT_POLLS_MAX = 192 };
 enum { PORT_READ = 1, PORT_WRITE = 2, PORT_LOST = 4 };
 
 /** A socket or a terminal to wait for. */

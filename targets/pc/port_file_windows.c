@@ -7,17 +7,24 @@
 
 #include <errno.h>
 #include <io.h>
+#include <stdlib.h>
 
-bool port_wide(const char *text, wchar_t wide[PORT_PATH_SIZE]) {
-    if (MultiByteToWideChar(CP_UTF8, MB_ERR_INVALID_CHARS, text, -1, wide, PORT_PATH_SIZE) > 0)
-        return true;
-    errno = GetLastError() == ERROR_INSUFFICIENT_BUFFER ? ENAMETOOLONG : EILSEQ;
-    return false;
+wchar_t *port_wide(const char *text) {
+    int size = MultiByteToWideChar(CP_UTF8, MB_ERR_INVALID_CHARS, text, -1, NULL, 0);
+    wchar_t *wide = size > 0 ? malloc((size_t)size * sizeof *wide) : NULL;
+    if (wide != NULL)
+        MultiByteToWideChar(CP_UTF8, MB_ERR_INVALID_CHARS, text, -1, wide, size);
+    else
+        errno = size > 0 ? ENOMEM : EILSEQ;
+    return wide;
 }
 
 FILE *port_open(const char *path, const char *mode) {
-    wchar_t name[PORT_PATH_SIZE], wide_mode[PORT_PATH_SIZE];
-    return port_wide(path, name) && port_wide(mode, wide_mode) ? _wfopen(name, wide_mode) : NULL;
+    wchar_t *name = port_wide(path), *wide_mode = port_wide(mode);
+    FILE *file = name != NULL && wide_mode != NULL ? _wfopen(name, wide_mode) : NULL;
+    free(name);
+    free(wide_mode);
+    return file;
 }
 
 bool port_sync(FILE *file) {
@@ -27,10 +34,7 @@ bool port_sync(FILE *file) {
 /* A scanner of viruses may have the file open for a moment: MOVEFILE_WRITE_THROUGH alone does not wait. */
 enum { REPLACE_TRIES = 20, REPLACE_AGAIN_MS = 10 };
 
-bool port_replace(const char *from, const char *to) {
-    wchar_t old_name[PORT_PATH_SIZE], new_name[PORT_PATH_SIZE];
-    if (!port_wide(from, old_name) || !port_wide(to, new_name))
-        return false;
+static bool replaced(const wchar_t *old_name, const wchar_t *new_name) {
     for (int tries = 0; tries < REPLACE_TRIES; tries++) {
         if (MoveFileExW(old_name, new_name, MOVEFILE_REPLACE_EXISTING | MOVEFILE_WRITE_THROUGH))
             return true;
@@ -39,4 +43,12 @@ bool port_replace(const char *from, const char *to) {
         Sleep(REPLACE_AGAIN_MS);
     }
     return false;
+}
+
+bool port_replace(const char *from, const char *to) {
+    wchar_t *old_name = port_wide(from), *new_name = port_wide(to);
+    bool done = old_name != NULL && new_name != NULL && replaced(old_name, new_name);
+    free(old_name);
+    free(new_name);
+    return done;
 }

@@ -189,9 +189,11 @@ int port_parent_fd(void) {
 /* ---- locks ---- */
 
 enum port_kind port_kind_of(const char *path) {
-    wchar_t name[PORT_PATH_SIZE];
+    wchar_t *name = port_wide(path);
     struct _stat64 status;
-    if (!port_wide(path, name) || _wstat64(name, &status) != 0)
+    bool found = name != NULL && _wstat64(name, &status) == 0;
+    free(name);
+    if (!found)
         return PORT_NOTHING;
     if ((status.st_mode & _S_IFMT) == _S_IFREG)
         return PORT_FILE;
@@ -200,10 +202,11 @@ enum port_kind port_kind_of(const char *path) {
 
 /* One byte at 0, as msvcrt.locking() of Python locks it. */
 int port_lock(const char *path, int *error) {
-    wchar_t name[PORT_PATH_SIZE];
+    wchar_t *name = port_wide(path);
     int lock = -1;
-    if (port_wide(path, name))
+    if (name != NULL)
         lock = _wopen(name, _O_RDWR | _O_CREAT | _O_BINARY | _O_NOINHERIT, _S_IREAD | _S_IWRITE);
+    free(name);
     if (lock >= 0 && LockFile((HANDLE)_get_osfhandle(lock), 0, 0, 1, 0))
         return lock;
     *error = lock >= 0 ? EAGAIN : errno;

@@ -132,7 +132,7 @@ def test_the_page_learns_who_serves_it() -> None:
         status, headers, body = get(ports.page, "/api/controller")
         assert (status, headers["Content-Type"]) == (200, "application/json")
         controller = {"name": "WiFiCNC-1A2B", "version": __version__, "board": "esp32s3-devkitc", "axes": 6}
-        assert json.loads(body) == {**controller, "digest": ""}  # no image: nothing to compare with
+        assert json.loads(body) == {**controller, "digest": ""}  # on this computer there is no image to name
 
 
 # ---- bad requests ----

@@ -149,9 +149,9 @@ def test_the_pins_as_vcd_are_those_of_csv(build: Pic32Build, job: Path, tmp_path
 
 
 def test_a_pin_is_driven_at_its_time(build: Pic32Build, job: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The e-stop's input closes in the middle of the job, which ends there."""
+    """The e-stop's contact opens in the middle of the job, which ends there."""
     job.write_text("G21G91\nG1X50F600\n")
-    assert sim(job, "--on-chip", "--at", "1s estop low") == Exit.JOB
+    assert sim(job, "--on-chip", "--at", "1s estop high") == Exit.JOB
     assert "stopped the job" in capsys.readouterr().err
 
 

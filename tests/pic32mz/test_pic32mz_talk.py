@@ -20,7 +20,9 @@ def test_answers_what_grbl_answers(controller: Controller) -> None:
     assert controller.send("$I").startswith("[VER:1.1h")
     assert "$100=250.000\r\n" in controller.send("$$")
     assert controller.send("G1X1") == "error:22\r\n"
-    assert controller.status() == "<Idle|MPos:0.000,0.000,0.000,0.000|FS:0,0|WCO:0.000,0.000,0.000,0.000>"
+    report, start = controller.status().split("|Start:")
+    assert report == "<Idle|MPos:0.000,0.000,0.000,0.000|FS:0,0|WCO:0.000,0.000,0.000,0.000"
+    assert f"[START:{start.removesuffix('>')}]" in controller.send("$I")
 
 
 def test_baud_rate(controller: Controller) -> None:
