@@ -20,8 +20,6 @@ LARGER: dict[str, tuple[int, str]] = {
     "targets/net/": (2048, "one datagram or one head of a request"),
     "targets/sim/": (2048, "a whole line and its variants; on a computer alone"),
     "targets/pc/": (2048, "paths and requests; on a computer alone"),
-    "targets/pc/port_file_windows.c": (10240, "two paths of Windows, 8 KB each"),
-    "targets/pc/port_windows.c": (5120, "a path of Windows, 8 KB"),
     "targets/pc/serve.c": (4096, "an answer of 4 KB"),
     "targets/pc/serve_claim.c": (4096, "a path of 4 KB"),
     "targets/pc/host_store.c": (10240, "paths of 4 KB and a whole file of settings"),

@@ -98,7 +98,8 @@ def check_job(options: CheckOptions, on_progress: Progress | None = None) -> Che
 
 def _values(lines: Iterable[str]) -> dict[int, float]:
     """$N=V lines, over the defaults."""
-    values = {row.number: float(row.default) for row in load_settings().values() if row.number in (30, 110, 111, 112)}
+    rows = load_settings().setting
+    values = {row.number + i: float(row.default) for row in rows for i in range(row.count) if row.number in (30, 110)}
     return values | {int(number): float(value) for number, value in (line[1:].split("=") for line in lines)}
 
 

@@ -10,7 +10,7 @@ READ = "Other users of this computer can read arguments."
 ASKED = f"- prompts for it. {READ}"
 
 
-class Secret(click.ParamType):
+class Secret(click.ParamType):  # type: ignore[type-arg, unused-ignore] # generic in newer releases alone
     """A text; `-` prompts for it without an echo, or reads a line of stdin."""
 
     name = "text"

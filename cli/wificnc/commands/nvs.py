@@ -145,14 +145,14 @@ def flash(file: Path, port: str | None, dry_run: bool, as_json: bool) -> None:
 @json_option
 def diff(first: Path, second: Path, show_secrets: bool, as_json: bool) -> None:
     """Show which keys differ between two images. Exit code 1 if there are differences."""
-    images = [read_image(read_bytes(file, IMAGE_MAX)) for file in (first, second)]
-    found = differences(*images, show_secrets)
+    one, other = (read_image(read_bytes(file, IMAGE_MAX)) for file in (first, second))
+    found = differences(one, other, show_secrets)
     if as_json:
-        ui.emit_json([{"key": key, "first": one, "second": two} for key, _, one, two in found])
+        ui.emit_json([{"key": key, "first": was, "second": is_} for key, _, was, is_ in found])
     elif found:
         table = Table("key", str(first), str(second), "what it is")
-        for key, meaning, one, two in found:
-            table.add_row(key, one, two, meaning)
+        for key, meaning, was, is_ in found:
+            table.add_row(key, was, is_, meaning)
         ui.data.print(table)
     else:
         ui.note("no difference")

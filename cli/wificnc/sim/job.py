@@ -268,12 +268,11 @@ def simulated_text(text: bytes, has_switches: bool = False) -> tuple[bytes, tupl
 
 
 def _result(sim: Simulation, request: JobRequest, left_out: tuple[str, ...]) -> SimResult:
-    native = sim.result()
+    native = _checked(sim.result())
     axes = AXES[: request.timing.axis_count]
-    _check_counters(native)
     places = (native.position_mm, native.min_mm, native.max_mm)
     positions_mm, min_mm, max_mm = (tuple(values[: len(axes)]) for values in places)
-    travel_warnings = _travel_warnings(axes, min_mm, max_mm, request.travel_mm)
+    travel = _travel_warnings(axes, min_mm, max_mm, request.travel_mm)
     return SimResult(
         file=request.file,
         axes=axes,
@@ -298,7 +297,7 @@ def _result(sim: Simulation, request: JobRequest, left_out: tuple[str, ...]) -> 
         underruns=native.counters.underruns,
         plan_unmet=native.counters.plan_unmet,
         errors=_line_errors(sim, request.text),
-        warnings=(*left_out, *_remarks(sim, native), *travel_warnings),
+        warnings=(*left_out, *_remarks(sim, native), *travel),
         travel_mm=request.travel_mm,
         samples=sim.samples(),
         ending=native.program_end.ending,
@@ -337,13 +336,14 @@ def _event(event: NativeEvent, native: NativeResult, axes: int) -> SimEvent:
     return SimEvent(event.t_s, event.line.decode(), bool(event.done), event.state.decode(), steps, mm)
 
 
-def _check_counters(native: NativeResult) -> None:
+def _checked(native: NativeResult) -> NativeResult:
     """The law above all others: the counters are the pulses on the pins."""
     if list(native.position_steps) != list(native.measured_steps):
         raise JobError(
             f"the controller counts {list(native.position_steps)} steps, its pins show {list(native.measured_steps)}",
             hint="this is a bug of WiFiCNC; please report it with the job",
         )
+    return native
 
 
 def _line_errors(sim: Simulation, text: bytes) -> tuple[LineError, ...]:
