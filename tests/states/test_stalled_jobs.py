@@ -105,7 +105,7 @@ def test_jogs_are_cancelled(seed: int, late: str) -> None:
         said += grbl.after(rng.uniform(0.0, 1.0))
         said += grbl.after(rng.choice([0.0, 0.01, 1.5]), rng.choice(["\x85", "!"]))
         grbl.put("~")  # `!` is a hold where nothing jogs
-    until_answered(grbl, "\x85", sent - len(ANSWER.findall(said)))
+    until_answered(grbl, "\x85~", sent - len(ANSWER.findall(said)))  # a stop takes back the ~ before it
     settle(grbl)
     at = grbl.position()
     grbl.after(30)

@@ -137,12 +137,12 @@ def test_a_signal_may_go_without_a_pin(make: Make) -> None:
 def test_the_estop_has_the_other_sense_from_the_next_start_on(make: Make) -> None:
     device = make()
     client = device.connect()
-    assert config(device, client, ESTOP_INVERT) == (ValueType.U8, 0)
+    assert config(device, client, ESTOP_INVERT) == (ValueType.U8, 1)  # the board's contact opens when pressed
     assert configure(device, client, ESTOP_INVERT, ValueType.U8, 2) == Refusal.RANGE
-    assert configure(device, client, ESTOP_INVERT, ValueType.U8, 1) == Refusal.NONE
+    assert configure(device, client, ESTOP_INVERT, ValueType.U8, 0) == Refusal.NONE
     assert save(device, client) == Refusal.NONE
     device = make()
-    assert config(device, device.connect(), ESTOP_INVERT)[1] == 1
+    assert config(device, device.connect(), ESTOP_INVERT)[1] == 0
 
 
 def test_nothing_is_written_without_the_key(make: Make) -> None:
