@@ -16,19 +16,33 @@
 
 enum { TEXT_LETTER = 0x7F };
 
-/** @param[in,out] left  bytes that the letter under way still has; 0 at first
- *  @param[in,out] byte  of the client; TEXT_LETTER in place of the first byte of a letter
- *  @return false: it is the rest of a letter, and no byte of the stream */
+/* Of *left: the letter may be the byte order mark (EF BB BF), which editors put before a text: it is nothing.
+ */
+enum { TEXT_MARK = 0x80, TEXT_COUNT = 3 };
+
+/** @param[in,out] left  of the letter under way; 0 at first
+ *  @param[in,out] byte  of the client; TEXT_LETTER in place of one byte of a letter
+ *  @return false: it is another byte of a letter, and none of the stream */
 static inline bool text_byte(uint8_t *left, uint8_t *byte) {
-    if (*left > 0 && (*byte & 0xC0) == 0x80) {
+    if ((*left & TEXT_COUNT) > 0 && (*byte & 0xC0) == 0x80) {
         --*left;
-        return false;
+        if ((*left & TEXT_MARK) == 0)
+            return false;
+        if (*byte == ((*left & TEXT_COUNT) > 0 ? 0xBB : 0xBF))
+            return false;
+        *left &= TEXT_COUNT;
+        *byte = TEXT_LETTER;
+        return true;
     }
     *left = 0;
-    if (*byte >= 0xC2 && *byte <= 0xF4) { /* the others begin no letter */
-        *left = (uint8_t)(1 + (*byte >= 0xE0) + (*byte >= 0xF0));
-        *byte = TEXT_LETTER;
+    if (*byte < 0xC2 || *byte > 0xF4) /* they begin no letter */
+        return true;
+    *left = (uint8_t)(1 + (*byte >= 0xE0) + (*byte >= 0xF0));
+    if (*byte == 0xEF) {
+        *left |= TEXT_MARK;
+        return false;
     }
+    *byte = TEXT_LETTER;
     return true;
 }
 

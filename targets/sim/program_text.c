@@ -64,11 +64,14 @@ static void end_line(struct program *program, int byte) {
 enum status program_read_line(struct program *program, bool *more) {
     struct filter filter = {.skipping = SKIP_NOTHING};
     int byte = program->next.offset < program->end ? byte_at(program, program->next.offset) : end_of_text;
+    uint8_t left = 0;
 
     *more = byte != end_of_text;
     program->at = program->next;
     for (; byte >= 0 && byte != '\n' && byte != '\r'; byte = byte_at(program, program->next.offset)) {
-        take(program, &filter, byte < 0x80 ? (char)byte : TEXT_LETTER);
+        uint8_t code = (uint8_t)byte;
+        if (text_byte(&left, &code))
+            take(program, &filter, code < 0x80 ? (char)code : TEXT_LETTER);
         program->next.offset++;
     }
     program->text[filter.length] = '\0';
