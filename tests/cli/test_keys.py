@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 import rich_click as click
-from test_outputs import parameters
+from cli_parameters import parameters
 from wificnc.app import root
 from wificnc.board.load import load_board
 from wificnc.commands._secret import Secret

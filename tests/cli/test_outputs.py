@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 import rich_click as click
+from cli_parameters import parameters
 from wificnc.app import root
 from wificnc.commands._output import OutputFile, OutputFolder
 
@@ -62,18 +63,6 @@ def words(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], li
     job = tmp_path / "job.nc"
     job.write_text("G0X1\n")
     return lambda case: [word.format(job=job, fluidnc=FLUIDNC) for word in {**FILES, **FOLDERS}[case]]
-
-
-def parameters(group: click.Command, name: str = "") -> Iterator[tuple[str, click.Parameter]]:
-    """All commands with all their parameters."""
-    context = click.Context(group)
-    if isinstance(group, click.Group):
-        for child in group.list_commands(context):
-            command = group.get_command(context, child)
-            assert command
-            yield from parameters(command, f"{name} {child}".strip())
-    for parameter in group.params:
-        yield name, parameter
 
 
 def test_no_output_is_left_out_here() -> None:

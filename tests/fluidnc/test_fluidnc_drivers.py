@@ -253,9 +253,9 @@ S8, CS5, CS21 = "stepstick", "tmc_5160; cs_pin: gpio.5", "tmc_5160; cs_pin: gpio
         (SPI, CS21, S8, "by its pins and jumpers"),
         (SPI, S8, "tmc_5160; cs_pin: i2so.3", "stays off"),
         ("", S8, f"{S8}; ms1_pin: gpio.4", "ms1_pin of which no output"),
-        ("", S8, "solenoid; output_pin: gpio.2", "none that can be driven here"),
-        ("", "unipolar; pin0: gpio.2", S8, "none that can be driven here"),
-        ("", S8, f"{S8}; step_pin: uart_channel1.3", "none that can be driven here"),
+        ("", S8, "solenoid; output_pin: gpio.2", "cannot be driven here"),
+        ("", "unipolar; pin0: gpio.2", S8, "cannot be driven here"),
+        ("", S8, f"{S8}; step_pin: uart_channel1.3", "cannot be driven here"),
     ],
 )
 def test_motors_of_an_axis_that_would_part_are_refused_and_nothing_is_written(

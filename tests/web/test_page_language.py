@@ -107,7 +107,9 @@ def test_what_is_refused_is_explained_in_the_language(serve_page: Serve, watched
     known = words("de", "page", "tables")
     expect(page.locator("[data-test=state]")).to_have_text("Alarm")
     expect(page.get_by_text(known["The machine is locked"], exact=True)).to_be_visible()
-    expect(page.get_by_text(known["Home it on the tab Control, or unlock it if you know its position."])).to_be_visible()
+    expect(
+        page.get_by_text(known["Home it on the tab Control, or unlock it if you know its position."])
+    ).to_be_visible()
     page.locator("[data-test=unlock]").click()
     expect(page.locator("[data-test=state]")).to_have_text("Bereit")
     page.click("#tab-terminal")

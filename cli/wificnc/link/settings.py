@@ -5,6 +5,7 @@ controller  $110=5000.000        people  max_rate_mm_min.x        file  [axis.x]
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -280,6 +281,6 @@ def _fault(row: Setting, value: Any) -> str | None:
         return None if isinstance(value, bool) else "must be true or false"
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return "must be a number"
-    if not row.min <= value <= row.max:  # also infinity, and what is no number
+    if not math.isfinite(value):  # the controller itself judges ranges, and what it exports is imported
         return f"must be {row.min:g} to {row.max:g}"
     return "must be a whole number" if row.type != "float" and value != int(value) else None
