@@ -32,7 +32,7 @@ def test_every_option_of_a_secret_can_be_asked_for() -> None:
 
 
 def test_a_dash_reads_it_from_stdin(cli: Cli, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("click.prompt", lambda text, **_: {"access key": KEY, "wifi password": "pass word"}[text])
+    monkeypatch.setattr("rich_click.prompt", lambda text, **_: {"access key": KEY, "wifi password": "pass word"}[text])
     file = tmp_path / "nvs.bin"
     words = ("--ssid", "shop", "--wifi-password", "-", "--access-key", "-")
     code, _, err = cli("nvs", "build", "baseline", "-o", file, *words)
