@@ -56,11 +56,11 @@ def test_endless_line_ends_with_its_sender(server: Server) -> None:
         assert watcher.idle_position_mm()[:2] == [1.0, 1.0]
 
 
-def test_utf8_vanishes(server: Server) -> None:
-    """Bytes of 0x80 and above never reach the parser. Some are real-time commands to Grbl: not these."""
+def test_letters_of_utf8_are_text(server: Server) -> None:
+    """In a comment they are nothing, in code an error; their bytes are no real-time commands."""
     with connect(server) as owner:
-        owner.send("G0ä X1 ; größer µm\nG0 (Übermaß) Y2\n".encode())
-        assert [owner.line(), owner.line()] == ["ok", "ok"]
+        owner.send("G0ä X5\nG0 X1 ; größer µm\nG0 (Übermaß) Y2\n".encode())
+        assert [owner.line(), owner.line(), owner.line()] == ["error:1", "ok", "ok"]
         assert owner.idle_position_mm()[:2] == [1.0, 2.0]
 
 

@@ -29,7 +29,7 @@ def test_banner_and_dollar_commands(doors: tuple[Peer, Peer]) -> None:
     sender, _ = doors
     sender.send("\x18")
     assert sender.until("^Grbl")[-1] == "Grbl 1.1h ['$' for help]"
-    ends = {"$": r"\[HLP:", "$G": r"\[GC:G0 G54 ", "$I": r"\[OPT:\w+,253,2048\]", "$#": r"\[PRB:" + NUMBERS + r":0\]"}
+    ends = {"$": r"\[HLP:", "$G": r"\[GC:G0 G54 ", "$I": r"\[START:[0-9A-F]{8}\]", "$#": r"\[PRB:" + NUMBERS + r":0\]"}
     for line, end in ends.items():
         *_, last, ok = sender.ask(line)
         assert re.match(end, last) and ok == "ok", line
