@@ -15,7 +15,8 @@ from wificnc.app import main
 STEPS_PER_MM = 250  # of the simulated machine
 
 KEYS = [
-    "file", "lines", "lines_not_run", "blocks", "segments", "steps_per_axis", "final_position_mm", "final_position_steps",
+    "file", "lines", "lines_not_run", "blocks", "segments", "steps_per_axis", "final_position_mm",
+    "final_position_steps",
     "bounding_box_mm", "job_time_s", "cutting_time_s", "rapid_time_s", "max_speed_mm_s", "max_accel_mm_s2",
     "max_accel_window_s", "max_accel_resolution_mm_s2",
     "max_step_rate_hz", "lookahead_starved", "underruns", "plan_unmet", "tool_changes", "errors", "laser", "warnings",
