@@ -124,8 +124,8 @@ static void take_text(struct decoded *out, uint8_t byte) {
     out->tail_count = 0;
     if (code < least_code[size] || code > 0x10FFFF || (code >= 0xD800 && code < 0xE000))
         out->reason = BAD_TEXT;
-    else if (code < 0x80 || (code >= 0x80 && code <= 0xA1))
-        out->bytes[out->count++] = (uint8_t)code;
+    else /* beyond the real-time bytes it is a letter: one byte, 0x7F */
+        out->bytes[out->count++] = code <= 0xA1 ? (uint8_t)code : 0x7F;
 }
 
 static void take_control(struct decoded *out, const struct frame *frame) {

@@ -21,7 +21,12 @@ CAP = re.compile(
     r"\bcreate_connection\(\([^()]*(?:\([^()]*\))?[^()]*\), )([0-9][0-9_.]*)\b(?! \*)"
 )
 # seconds or cycles of the machine
-VIRTUAL = {"support/stalled.py", "espsim/test_espsim_peripherals.py", "espsim/test_espsim_system.py"}
+VIRTUAL = {
+    "support/stalled.py",
+    "espsim/test_espsim_peripherals.py",
+    "espsim/test_espsim_system.py",
+    "espsim/test_espsim_waves.py",
+}
 # file -> waits there that no test fails by
 PACES = {
     "esp32/test_shut_out.py": {  # strangers who come again and again
