@@ -106,7 +106,11 @@ static bool store(struct rx *rx, uint8_t byte) {
 }
 
 bool rx_put(struct rx *rx, uint8_t byte) {
-    return take_out(rx, &byte) || store(rx, byte);
+    const uint8_t text_left = rx->text_left;
+    if (take_out(rx, &byte) || store(rx, byte))
+        return true;
+    rx->text_left = text_left; /* the same byte comes again */
+    return false;
 }
 
 /* Bytes of the stream, up to one that acts or the end of the room in one piece. */

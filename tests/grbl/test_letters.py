@@ -3,6 +3,7 @@ r"""Letters of UTF-8 in the lines of any sender: text in a comment, an error in 
 from __future__ import annotations
 
 import pytest
+from c_library import LIB
 from grbl_host import Grbl
 
 
@@ -73,3 +74,20 @@ def test_a_letter_that_is_cut_keeps_one_byte_at_most(grbl: Grbl) -> None:
 @pytest.mark.parametrize("bytes_", ["\xc0", "\xc1", "\xf5", "\xfe", "\xff"])
 def test_bytes_that_begin_no_letter_keep_no_command(grbl: Grbl, bytes_: str) -> None:
     assert grbl.send(bytes_ + "\x84") == "[MSG:Check Door]\r\n" and grbl.state() == "Door:0"
+
+
+def test_a_letter_is_not_lost_where_there_is_no_room() -> None:
+    """Its bytes come again, as TCP sends them, until the controller takes them: its line is refused as ever."""
+    grbl = Grbl()
+    grbl.send("")
+    while LIB.host_write(grbl._host, b"\n", 1):
+        pass
+    first, *rest = (bytes([byte]) for byte in "\uff0dG0X5\n".encode())
+    assert LIB.host_write(grbl._host, first, 1) == 1, "it begins a letter, and takes no room yet"
+    assert [LIB.host_write(grbl._host, rest[0], 1) for _ in range(3)] == [0, 0, 0]
+    answers = grbl.after(1.0, "")
+    for byte in rest:
+        assert LIB.host_write(grbl._host, byte, 1) == 1
+    assert (answers + grbl.after(1.0, "")).endswith("ok\r\nerror:1\r\n")
+    assert grbl.position()[0] == 0
+    grbl.close()
