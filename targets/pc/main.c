@@ -264,7 +264,7 @@ static bool read_options(int argc, char **argv, struct serve_options *options, s
 
 #ifndef PIO_UNIT_TESTING /* there main() is the test's */
 int main(int argc, char **argv) {
-    struct lines lines = {{NULL}, {NULL}};
+    static struct lines lines; /* 4 KB are too much for a frame */
     struct serve_failure failure;
     const char *key = getenv("WIFICNC_KEY");
     struct serve_options options = {
