@@ -232,3 +232,14 @@ def test_what_may_be_right_is_not(check, kinds, text):
 def test_a_bracket_within_a_comment_is_named():
     with pytest.raises(JobError, match=r"job.nc:2: a comment ends at its first \)"):
         read_program("job.nc", b"G21 G90\n(2D Contour1 (2))\nT1 M6 (6MM (1/4) END MILL)\nG0 X10\n")
+
+
+def test_without_a_machine_only_what_no_machine_can_do_is_found(check, kinds):
+    """Travel and rates of a machine that nobody has named are not judged, even those of Grbl's defaults."""
+    job = "G21G90\nG1X5000F9000\nG4P4000\nS99999M3\nG1X\nG0X0\n"
+    code, report = check(job, machine=None)
+    assert (code, report["machine"]) == (1, None)
+    assert kinds(report) == [("refused", 5, 5), ("dwell", 3, 3)]
+    assert report["extent"]["X"]["travel_mm"] is None
+    code, report = check(job, "--set", "spindle_max_rpm=10000", machine=None)
+    assert ("spindle-speed", 4, 4) in kinds(report)

@@ -31,7 +31,7 @@ class CheckOptions:
     """What the user asked for."""
 
     file: Path
-    machine: str
+    machine: str | None  # None: only what no machine can do is looked for
     board: str = "host"
     settings: tuple[str, ...] = ()
     work_zero: str | None = None
@@ -44,7 +44,7 @@ class CheckReport:
     """What is wrong, and the figures of the run."""
 
     result: SimResult
-    machine: str
+    machine: str | None
     board: str
     work_zero: bool  # known
     step_rate_limit_hz: float
@@ -67,15 +67,16 @@ def check_job(options: CheckOptions, on_progress: Progress | None = None) -> Che
     text = read_job(options.file)
     program = read_program(options.file.name, text)  # refuses what `wificnc send` refuses
     board = load_board(options.board)
-    machine = load_machine(options.machine)
+    machine = load_machine(options.machine) if options.machine else None
     check_axes(board, machine)
     timing = board_timing(board)
+    own = (*(machine.settings_lines() if machine else ()), *settings)
     soft_limits_off = f"${load_settings()['soft_limits'].number}=0"  # an alarm would hide all that comes after it
     request = JobRequest(
         file=str(options.file),
         text=text,
         timing=timing,
-        settings=(*machine.settings_lines(), *settings, soft_limits_off),
+        settings=(*own, soft_limits_off),
         keep_going=True,
         lines_max=options.lines_max,
         events=tuple(parse_at(at) for at in options.at),
@@ -84,15 +85,17 @@ def check_job(options: CheckOptions, on_progress: Progress | None = None) -> Che
     )
     result = run_job(load_library(ensure_host_library()), request, on_progress)
     extents = tuple(_extents(result, machine))
-    found = _findings(result, text, machine, extents, zero is not None)
+    found = _findings(result, text, extents, zero is not None)
+    found += judge.slow(result.survey_lines) if machine else ()
+    known = _values(own) if machine else _given(own)
     return CheckReport(
         result=result,
-        machine=machine.name,
+        machine=machine.name if machine else None,
         board=board.id,
         work_zero=zero is not None,
-        step_rate_limit_hz=pulse_rate_hz(board, machine.stepper.step_pulse_us or 0),
+        step_rate_limit_hz=pulse_rate_hz(board, (machine.stepper.step_pulse_us if machine else None) or 0),
         extents=extents,
-        findings=tuple(judge.ordered([*found, *surely_wrong(program.lines, _values(request.settings))])),
+        findings=tuple(judge.ordered([*found, *surely_wrong(program.lines, known)])),
     )
 
 
@@ -100,7 +103,11 @@ def _values(lines: Iterable[str]) -> dict[int, float]:
     """$N=V lines, over the defaults."""
     rows = load_settings().setting
     values = {row.number + i: float(row.default) for row in rows for i in range(row.count) if row.number in (30, 110)}
-    return values | {int(number): float(value) for number, value in (line[1:].split("=") for line in lines)}
+    return values | _given(lines)
+
+
+def _given(lines: Iterable[str]) -> dict[int, float]:
+    return {int(number): float(value) for number, value in (line[1:].split("=") for line in lines)}
 
 
 def parse_work_zero(text: str) -> str:
@@ -115,7 +122,7 @@ def parse_work_zero(text: str) -> str:
 
 
 def _findings(
-    result: SimResult, text: bytes, machine: Machine, extents: tuple[judge.Extent, ...], zero_known: bool
+    result: SimResult, text: bytes, extents: tuple[judge.Extent, ...], zero_known: bool
 ) -> list[Finding]:
     rows = result.survey_lines
     found = [*judge.refused(result.errors, result.survey_arcs), *judge.too_large(extents)]
@@ -123,17 +130,17 @@ def _findings(
         found += judge.beyond(rows, extents)
     else:
         found += judge.machine_moves(text)
-    found += [*judge.slow(rows), *judge.laser(result)]
+    found += judge.laser(result)
     found += judge.unrun(result.ending, result.lines)
     return [*found, *judge.tool_changes(result.tool_changes), *judge.remarks(result, text)]
 
 
-def _extents(result: SimResult, machine: Machine) -> list[judge.Extent]:
+def _extents(result: SimResult, machine: Machine | None) -> list[judge.Extent]:
     rows = result.survey_lines
     extents = []
     for index, axis in enumerate(result.axes):
         low = min((row.min_mm[index] for row in rows), default=0.0)
         high = max((row.max_mm[index] for row in rows), default=0.0)
         if result.steps_per_axis[index] or low != high:
-            extents.append(judge.Extent(axis, low, high, machine.travel_mm[index]))
+            extents.append(judge.Extent(axis, low, high, machine.travel_mm[index] if machine else None))
     return extents

@@ -1,4 +1,4 @@
-"""`wificnc check FILE --machine M`: what of a job this machine cannot do."""
+"""`wificnc check FILE [--machine M]`: what of a job this machine cannot do."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ COLOURS = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow", Severity
 
 @click.command()
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--machine", required=True, help="Machine profile, name or TOML file.")
+@click.option("--machine", help="Machine profile, name or TOML file: travel, feeds and time are checked, too.")
 @click.option("--board", default="host", show_default=True, help="Board id or TOML file: its step rate is a limit.")
 @click.option("--work-zero", metavar="X..Y..Z..", help="Where the job's zero lies in machine coordinates, mm.")
 @click.option("--set", "settings", multiple=True, metavar="NAME=VALUE",
@@ -34,7 +34,7 @@ COLOURS = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow", Severity
 @max_lines_option
 @click.pass_context
 def command(
-    ctx: click.Context, file: Path, machine: str, board: str, work_zero: str | None, settings: tuple[str, ...],
+    ctx: click.Context, file: Path, machine: str | None, board: str, work_zero: str | None, settings: tuple[str, ...],
     at: tuple[str, ...], strict: bool, as_json: bool, max_lines: int,
 ) -> None:  # fmt: skip
     """Check a G-code FILE before it runs: travel, arcs, feeds, step rates, and the time it takes.
@@ -55,10 +55,14 @@ def command(
 def _print(report: CheckReport) -> None:
     result = report.result
     share = 100 * result.max_step_rate_hz / report.step_rate_limit_hz
-    ui.data.print(f"[bold]{escape(result.file)}[/] on {escape(report.machine)}, board {escape(report.board)}")
-    ui.data.print(
-        f"takes {duration(result.job_time_s)}; at most {result.max_step_rate_hz:,.0f} steps/s ({share:.0f} %)"
-    )
+    if report.machine is None:
+        ui.data.print(f"[bold]{escape(result.file)}[/], board {escape(report.board)}")
+        ui.data.print("[dim]no --machine: its travel, its feeds and the time are not checked[/]")
+    else:
+        ui.data.print(f"[bold]{escape(result.file)}[/] on {escape(report.machine)}, board {escape(report.board)}")
+        ui.data.print(
+            f"takes {duration(result.job_time_s)}; at most {result.max_step_rate_hz:,.0f} steps/s ({share:.0f} %)"
+        )
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0), header_style="dim")
     for column in EXTENT_COLUMNS:
         table.add_column(column, justify="left" if column in ("axis", EXTENT_COLUMNS[-1]) else "right", no_wrap=True)
