@@ -2,7 +2,7 @@
  * What the hub's files share: net_hub.c has lines and owners, net_hub_left.c lines of former owners,
  * net_hub_stop.c stops, net_hub_say.c messages, net_hub_reports.c reports, net_hub_places.c connections,
  * net_hub_access.c who is let in, net_hub_pendant.c pendants, net_hub_parked.c the operator of a parked
- * hold, net_hub_qr.c the code of $QR, net_hub_turn.c when lines that the hub answers have their turn. */
+ * hold, net_hub_qr.c the link of $QR, net_hub_turn.c when lines that the hub answers have their turn. */
 #ifndef WIFICNC_NET_HUB_INNER_H
 #define WIFICNC_NET_HUB_INNER_H
 

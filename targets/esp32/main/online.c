@@ -254,7 +254,7 @@ void firmware_tell_address(struct firmware *firmware) {
         return;
     told = address;
     snprintf(text, sizeof text,
-             "Address %u.%u.%u.%u or %s.local: Grbl at port %d, web page at port 80, $QR prints a code",
+             "Address %u.%u.%u.%u or %s.local: Grbl at port %d, web page at port 80, $QR for a phone",
              (unsigned)(address & 0xFF), (unsigned)(address >> 8 & 0xFF), (unsigned)(address >> 16 & 0xFF),
              (unsigned)(address >> 24), network_name(), TELNET_PORT);
     firmware_tell(firmware, address != 0 ? text : "No network");
