@@ -42,7 +42,6 @@ GROUPS: dict[str, dict[str, tuple[str, str]]] = {
     },
     "Board": {
         "boards": ("boards", "List, show and check boards."),
-        "pins": ("pins", "Generate pin_config.h of a board."),
         "flash": ("flash", "Write the firmware to a board, by USB or over the network."),
         "wifi": ("wifi", "Connect a board to a WiFi network."),
         "nvs": ("nvs", "Make, write, read and compare the storage of an ESP32."),
@@ -50,6 +49,7 @@ GROUPS: dict[str, dict[str, tuple[str, str]]] = {
     "Firmware": {
         "build": ("build", "Build the firmware of a board, or the simulator."),
         "release": ("release", "Make a release from what has been built."),
+        "dev": ("dev", "What the builds call: headers made from a board, the page and a key."),
         "doctor": ("doctor", "Check this computer's tools and ports, and how to install what is missing."),
     },
     "Protocol": {
@@ -57,14 +57,9 @@ GROUPS: dict[str, dict[str, tuple[str, str]]] = {
         "linuxcnc": ("linuxcnc", "Configure LinuxCNC for a controller."),
     },
 }
-# What only builds call.
-PLUMBING = {
-    "page": ("page", "Generate page_files.h, with which a firmware carries the page."),
-    "signing-key": ("signing_key", "Generate signing_key.h, whose key signs a firmware's updates."),
-}
 # Of what is written: the disk, or the user's part of it, is full or fails.
 NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS)
-COMMANDS = {name: command for group in (*GROUPS.values(), PLUMBING) for name, command in group.items()}
+COMMANDS = {name: command for group in GROUPS.values() for name, command in group.items()}
 
 
 Resolved = tuple[str | None, click.Command | None, list[str]]
@@ -78,7 +73,7 @@ class LazyGroup(click.RichGroup):
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Resolved:
         """With the name that may be meant."""
-        close = get_close_matches(args[0].lower(), [name for name in COMMANDS if name not in PLUMBING], n=1)
+        close = get_close_matches(args[0].lower(), COMMANDS, n=1)
         if args[0] not in COMMANDS and close and not args[0].startswith("-"):
             ctx.fail(f"No such command {args[0]!r}. Did you mean {close[0]!r}?")
         return super().resolve_command(ctx, args)
@@ -90,7 +85,6 @@ class LazyGroup(click.RichGroup):
         command: click.Command = module.command
         command.name = cmd_name
         command.short_help = COMMANDS[cmd_name][1]
-        command.hidden = cmd_name in PLUMBING
         return command
 
 

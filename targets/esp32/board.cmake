@@ -1,7 +1,7 @@
 # Options of all our own code, pin_config.h of the board, page_files.h of the page that the firmware carries, and
 # signing_key.h, whose key signs its updates.
 #
-# The board is WIFICNC_BOARD (of CMake or of the environment); without one, the chip's first board. `wificnc pins`,
+# The board is WIFICNC_BOARD (of CMake or of the environment); without one, the chip's first board. `wificnc dev pins`,
 # `page` and `signing-key` write the headers into the build directory, and only when they change.
 #
 # A larger stack frame is an error: cli/wificnc/build/frames.py has the limit of each file, this is the largest.
@@ -27,10 +27,10 @@ if(NOT WIFICNC_COMMAND)
     message(FATAL_ERROR "wificnc is not on the PATH: run `pip install -e .` in the repository, then build again")
 endif()
 function(wificnc_generate)
-    execute_process(COMMAND "${WIFICNC_COMMAND}" ${ARGV} RESULT_VARIABLE failed)
+    execute_process(COMMAND "${WIFICNC_COMMAND}" dev ${ARGV} RESULT_VARIABLE failed)
     if(failed)
         list(JOIN ARGV " " said)
-        message(FATAL_ERROR "wificnc ${said} failed, see above")
+        message(FATAL_ERROR "wificnc dev ${said} failed, see above")
     endif()
 endfunction()
 wificnc_generate(pins "${WIFICNC_BOARD}" -o "${wificnc_pins}/pin_config.h")

@@ -1,4 +1,4 @@
-"""`wificnc boards` and `wificnc pins`, the pictures, and the generated files."""
+"""`wificnc boards` and `wificnc dev pins`, the pictures, and the generated files."""
 
 from __future__ import annotations
 
@@ -142,17 +142,17 @@ def test_unknown_board_ends_with_exit_code_3_and_a_hint(capsys: pytest.CaptureFi
 
 def test_pins_to_stdout_and_to_a_file(tmp_path: Path) -> None:
     expected = pin_header_text(load_board("esp32s3-zero"))
-    assert run("pins", "esp32s3-zero").stdout == expected
+    assert run("dev", "pins", "esp32s3-zero").stdout == expected
     target = tmp_path / "pin_config.h"
-    assert "wrote" in run("pins", "esp32s3-zero", "-o", str(target)).stderr
+    assert "wrote" in run("dev", "pins", "esp32s3-zero", "-o", str(target)).stderr
     assert target.read_text(encoding="utf-8") == expected
-    assert "unchanged" in run("pins", "esp32s3-zero", "-o", str(target)).stderr
+    assert "unchanged" in run("dev", "pins", "esp32s3-zero", "-o", str(target)).stderr
 
 
 def test_pins_of_a_broken_board_writes_nothing(tmp_path: Path) -> None:
     target = tmp_path / "pin_config.h"
     with pytest.raises(SystemExit) as caught:
-        main(["pins", str(INVALID / "strapping.toml"), "-o", str(target)])
+        main(["dev", "pins", str(INVALID / "strapping.toml"), "-o", str(target)])
     assert caught.value.code == 3
     assert not target.exists()
 

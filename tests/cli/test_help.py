@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from click.testing import CliRunner
-from wificnc.app import COMMANDS, GROUPS, PLUMBING, root
+from wificnc.app import COMMANDS, GROUPS, root
 
 
 def shown(*argv: str) -> dict[str, list[str]]:
@@ -24,14 +24,11 @@ def shown(*argv: str) -> dict[str, list[str]]:
 def test_every_command_has_its_place() -> None:
     headings = shown()
     assert list(headings)[1:] == ["Machine", "Job", "Board", "Firmware", "Protocol"]
-    assert sorted(name for names in headings.values() for name in names) == sorted(set(COMMANDS) - set(PLUMBING))
+    assert sorted(name for names in headings.values() for name in names) == sorted(COMMANDS)
     assert {name: list(group) for name, group in GROUPS.items()} == {h: n for h, n in headings.items() if h in GROUPS}
 
 
 def test_commands_of_a_command_are_no_commands_of_wificnc() -> None:
-    """`boards check` is not listed as `check` is."""
+    """`boards check` is not listed as `check` is, nor `dev pins` beside what users need."""
     assert not set(shown("boards")) & set(GROUPS)
-
-
-def test_what_builds_call_can_still_be_called() -> None:
-    assert CliRunner().invoke(root, ["page", "--help"], prog_name="wificnc").exit_code == 0
+    assert {"pins", "page"} <= set(shown("dev")["Commands"])

@@ -27,7 +27,7 @@ COMMANDS = {
     "boards show": ("boards", "show", "esp32-wroom32"),
     "boards show pic32mz": ("boards", "show", "pic32mz-zig"),
     "boards check": ("boards", "check"),
-    "pins": ("pins", "esp32-wroom32"),
+    "dev pins": ("dev", "pins", "esp32-wroom32"),
     "expand": ("expand", "{job}", "-o", "-"),
     "missing": ("sim", "{missing}"),
     "linuxcnc component": ("linuxcnc", "component", "--out", "-"),

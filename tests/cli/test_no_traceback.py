@@ -19,7 +19,7 @@ NOWHERE = "tcp://127.0.0.1:1"
 TOML = {
     "boards check": ("boards", "check", "{0}"),
     "boards show": ("boards", "show", "{0}"),
-    "pins": ("pins", "{0}", "-o", "-"),
+    "dev pins": ("dev", "pins", "{0}", "-o", "-"),
     "build": ("build", "{0}"),
     "sim --machine": ("sim", "{job}", "--machine", "{0}"),
     "sim --board": ("sim", "{job}", "--board", "{0}"),
@@ -140,7 +140,7 @@ SAYS = {
     "table": ("boards", "list"),
     "json": ("boards", "list", "--json"),
     "help": ("--help",),
-    "bytes": ("pins", "host", "-o", "-"),
+    "bytes": ("dev", "pins", "host", "-o", "-"),
     "version": ("--version",),
 }
 

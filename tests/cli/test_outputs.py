@@ -17,9 +17,9 @@ Cli = Callable[..., tuple[int, str, str]]
 
 # The words before the name of the file; {job} is a G-code file, {dead} a controller that is not there.
 FILES = {
-    "pins": ("pins", "host", "-o"),
-    "page": ("page", "-o"),
-    "signing-key": ("signing-key", "-o"),
+    "dev pins": ("dev", "pins", "host", "-o"),
+    "dev page": ("dev", "page", "-o"),
+    "dev signing-key": ("dev", "signing-key", "-o"),
     "expand": ("expand", "{job}", "-o"),
     "sim --json": ("sim", "{job}", "--json"),
     "sim --plot": ("sim", "{job}", "--plot"),
@@ -40,7 +40,7 @@ FOLDERS = {
     "linuxcnc init": ("linuxcnc", "init", "baseline", "--to", "192.0.2.1", "--out"),
 }
 FLUIDNC = Path(__file__).parents[1] / "fluidnc" / "router.yaml"
-MAKES_FOLDERS = {"pins", "page", "signing-key"}  # build tools call them
+MAKES_FOLDERS = {"dev pins", "dev page", "dev signing-key"}  # build tools call them
 SUFFIX = {
     "sim --plot": ".svg",
     "demo": ".svg",
@@ -48,7 +48,7 @@ SUFFIX = {
     "boards show --picture": ".svg",
     "tune predict --plot": ".svg",
 }
-TO_STDOUT = ("pins", "page", "signing-key", "expand", "tune pattern", "sim --json", "nvs build", "linuxcnc component")
+TO_STDOUT = ("dev pins", "dev page", "dev signing-key", "expand", "tune pattern", "sim --json", "nvs build", "linuxcnc component")
 NOT_TO_STDOUT = (
     *("sim --plot", "tune predict --plot", "demo", "sim --trace", "boards show --picture"),
     *("boards import -o", "boards import --machine"),
@@ -144,7 +144,7 @@ def test_a_dash_is_stdout(cli: Cli, words: Callable[[str], list[str]], case: str
 
 
 def test_what_goes_to_stdout_is_what_goes_to_a_file(cli: Cli, words: Callable[[str], list[str]]) -> None:
-    for case in ("pins", "expand", "linuxcnc component"):
+    for case in ("dev pins", "expand", "linuxcnc component"):
         _, out, _ = cli(*words(case), "-")
         cli(*words(case), "file.txt")
         assert out == Path("file.txt").read_text() != ""

@@ -184,7 +184,7 @@ def test_the_packet(tree: Path, results: dict[str, Any]) -> None:
 
 def test_the_board(tree: Path) -> None:
     python(tree, "-m", "wificnc", "boards", "check", "my-mill")
-    assert '"My mill"' in python(tree, "-m", "wificnc", "pins", "my-mill")
+    assert '"My mill"' in python(tree, "-m", "wificnc", "dev", "pins", "my-mill")
     for path, line in {
         "platformio.ini": "[env:my-mill-debug]",
         "README.md": "| `my-mill` | XYZ |",

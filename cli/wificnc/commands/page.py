@@ -1,4 +1,4 @@
-"""`wificnc page`: the page that the firmware of an ESP32 carries, for its compiler."""
+"""`wificnc dev page`: the page that the firmware of an ESP32 carries, for its compiler."""
 
 from __future__ import annotations
 

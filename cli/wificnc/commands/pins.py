@@ -1,4 +1,4 @@
-"""`wificnc pins`: the header the firmware of a board is built with."""
+"""`wificnc dev pins`: the header the firmware of a board is built with."""
 
 from __future__ import annotations
 

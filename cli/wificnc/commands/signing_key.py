@@ -1,4 +1,4 @@
-"""`wificnc signing-key`: the public key that the firmware of an ESP32 carries, for its compiler."""
+"""`wificnc dev signing-key`: the public key that the firmware of an ESP32 carries, for its compiler."""
 
 from __future__ import annotations
 
