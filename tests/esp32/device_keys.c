@@ -125,6 +125,8 @@ static void forget(void) {
 
 enum { STEP_X = 0x0500, STEP_Y, DIR_X = 0x0506, PROBE = 0x0513, ESTOP_INVERT = 0x0312, SSID = 0x0200 };
 
+enum { ESTOP_HIGH = 1 }; /* as the board has it: a contact that opens */
+
 static void swap_x_and_y(void) {
     struct pin_map map;
     struct device *device = start(&map);
@@ -175,12 +177,12 @@ static void pins_that_are_confirmed_stay(void) {
     struct device *device = start(&map);
     CHECK(device_set(device, STEP_X, PIN_STEP_X) == DEVICE_DONE);
     CHECK(device_set(device, STEP_Y, PIN_STEP_Y) == DEVICE_DONE);
-    CHECK(device_set(device, ESTOP_INVERT, 1) == DEVICE_DONE);
+    CHECK(device_set(device, ESTOP_INVERT, !ESTOP_HIGH) == DEVICE_DONE);
     CHECK(device_save(device, 0) == DEVICE_DONE);
     free(device);
     CHECK(nvs_device_end_wiring_trial(&store, false));
     free(start(&map));
-    CHECK(!map.wire[SIGNAL_ESTOP].active_high && map.wire[SIGNAL_STEP_X].gpio == PIN_STEP_X);
+    CHECK(map.wire[SIGNAL_ESTOP].active_high == ESTOP_HIGH && map.wire[SIGNAL_STEP_X].gpio == PIN_STEP_X);
 }
 
 static void pins_are_all_old_or_all_new(void) {
@@ -191,7 +193,7 @@ static void pins_are_all_old_or_all_new(void) {
         struct device *device = start(&map);
         CHECK(device_set(device, STEP_X, PIN_STEP_Y) == DEVICE_DONE);
         CHECK(device_set(device, STEP_Y, PIN_STEP_X) == DEVICE_DONE);
-        CHECK(device_set(device, ESTOP_INVERT, 1) == DEVICE_DONE);
+        CHECK(device_set(device, ESTOP_INVERT, !ESTOP_HIGH) == DEVICE_DONE);
         writes_left = cut;
         stored = device_save(device, 0) == DEVICE_DONE;
         free(device);
@@ -200,10 +202,10 @@ static void pins_are_all_old_or_all_new(void) {
         CHECK(is_new || cut <= 1); /* what returns is written before what is to be */
         CHECK(map.wire[SIGNAL_STEP_X].gpio == (is_new ? PIN_STEP_Y : PIN_STEP_X));
         CHECK(map.wire[SIGNAL_STEP_Y].gpio == (is_new ? PIN_STEP_X : PIN_STEP_Y));
-        CHECK(map.wire[SIGNAL_ESTOP].active_high == is_new);
+        CHECK(map.wire[SIGNAL_ESTOP].active_high == (is_new ? !ESTOP_HIGH : ESTOP_HIGH));
         uint32_t value;
         CHECK(device_get(device, STEP_X, &value) && value == map.wire[SIGNAL_STEP_X].gpio);
-        CHECK(device_get(device, ESTOP_INVERT, &value) && value == is_new);
+        CHECK(device_get(device, ESTOP_INVERT, &value) && value == map.wire[SIGNAL_ESTOP].active_high);
         free(device);
     }
     CHECK(stored);
