@@ -16,6 +16,7 @@ from pathlib import Path
 import pytest
 from core_only import PROGRAMS, RefusedError
 from rings import EXCEPTIONS, FOLDERS, TESTS, NoRingError, Ring, ring_of
+from stories import NO_BROWSER, STORIES
 
 
 def test_each_folder_of_tests_has_one_ring() -> None:
@@ -94,3 +95,12 @@ def test_the_document_has_the_three_rings_in_one_table() -> None:
     assert [name for name in re.findall(r"^\| `(\w+)` \|", text, re.MULTILINE) if name in {r.value for r in Ring}] == [
         ring.value for ring in Ring
     ]
+
+
+def test_each_file_with_a_browser_has_a_story_and_each_story_is_a_test() -> None:
+    files = {path.name for path in (TESTS / "web").glob("test_*.py")}
+    assert {*STORIES, *NO_BROWSER} == files
+    for file, names in STORIES.items():
+        text = (TESTS / "web" / file).read_text(encoding="utf-8")
+        assert [name for name in names if f"\ndef test_{name}(" not in text] == [], file
+    assert 40 <= sum(map(len, STORIES.values())) <= 80

@@ -40,7 +40,7 @@ EXCEPTIONS = {
         *("build/test_bench.py", "build/test_compiler.py", "build/test_pio_runner.py", "build/test_sizes.py"),
         "budget/test_motion_bench.py",
         *(f"linuxcnc/test_linuxcnc_{name}.py" for name in ("failures", "hold", "laser", "link", "reference", "slices")),
-        *(f"linuxcnc/test_linuxcnc_{name}.py" for name in ("spindle", "states", "module", "source")),
+        *(f"linuxcnc/test_linuxcnc_{name}.py" for name in ("spindle", "states", "module", "source", "config")),
     ),
     Ring.CHIPS: (  # processes: the command as it is installed, tools of developers, images
         *("cli/test_completion.py", "cli/test_locale.py", "cli/test_start.py", "cli/test_windows.py"),
@@ -68,6 +68,8 @@ EXCEPTIONS = {
     ),
     Ring.REALTIME: (
         "linuxcnc/test_linuxcnc_module.py::test_a_module_in_halrun",
+        "linuxcnc/test_linuxcnc_config.py::test_a_configuration_is_paired_once_the_controller_has_accepted_the_key",
+        "linuxcnc/test_linuxcnc_config.py::test_linuxcnc_moves_a_machine_to_the_step",
         "linuxcnc/test_linuxcnc_source.py::test_halcompile_builds_it_without_a_warning",
         *("drivers/test_drivers_cli.py", "spindle/test_drive_served.py", "tune/test_tune_send.py"),
         "link/test_expand.py::test_send_expands",
