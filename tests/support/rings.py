@@ -37,7 +37,7 @@ FOLDERS = {
 # Files in a folder of another ring, and tests (FILE::TEST) in such a file: most of a file is of the other ring.
 EXCEPTIONS = {
     Ring.CORE: (
-        *("build/test_bench.py", "build/test_compiler.py", "build/test_pio_runner.py", "build/test_sizes.py"),
+        *("build/test_bench.py", "build/test_compiler.py", "build/test_sizes.py"),
         "budget/test_motion_bench.py",
         *(f"linuxcnc/test_linuxcnc_{name}.py" for name in ("failures", "hold", "laser", "link", "reference", "slices")),
         *(f"linuxcnc/test_linuxcnc_{name}.py" for name in ("spindle", "states", "module", "source", "config")),
