@@ -12,10 +12,12 @@ import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from core_only import PROGRAMS, RefusedError
-from rings import EXCEPTIONS, FOLDERS, TESTS, NoRingError, Ring, ring_of
+from rings import EXCEPTIONS, FOLDERS, TESTS, NoRingError, Ring, ring_of, ring_of_case
 from stories import NO_BROWSER, STORIES
 
 
@@ -47,8 +49,26 @@ def test_each_exception_is_one() -> None:
 
 def test_a_test_is_looked_up_before_its_file_and_folder() -> None:
     assert ring_of(TESTS / "linuxcnc" / "test_linuxcnc_halrun.py") is Ring.REALTIME
-    module = TESTS / "linuxcnc" / "test_linuxcnc_module.py"
-    assert (ring_of(module, "test_other"), ring_of(module, "test_a_module_in_halrun")) == (Ring.CORE, Ring.REALTIME)
+    doctor = TESTS / "link" / "test_doctor.py"
+    test = "test_the_command_prints_json_for_scripts"
+    assert (ring_of(doctor, "test_other"), ring_of(doctor, test)) == (Ring.CORE, Ring.REALTIME)
+
+
+@pytest.mark.parametrize(
+    ("takes", "parameters", "ring"),
+    [
+        ((), {}, Ring.CORE),
+        (("tmp_path", "settings"), {"n": 1}, Ring.CORE),
+        (("bridge", "client"), {}, Ring.REALTIME),
+        (("board", "build", "image"), {}, Ring.CHIPS),
+        (("grbl",), {"grbl": "chip"}, Ring.CHIPS),
+        (("grbl",), {"grbl": "host"}, Ring.CORE),
+    ],
+)
+def test_what_a_case_takes_decides_next(takes: tuple[str, ...], parameters: dict[str, object], ring: Ring) -> None:
+    called = SimpleNamespace(params=parameters)
+    item: Any = SimpleNamespace(path=TESTS / "grbl" / "test_x.py", name="test_x", fixturenames=takes, callspec=called)
+    assert ring_of_case(item) is ring
 
 
 def wait_for_a_lock() -> None:

@@ -58,6 +58,8 @@ EXCEPTIONS = {
         *("repo/test_recipes.py", "repo/test_sample.py", "repo/test_site.py", "repo/test_skips.py"),
         *("repo/test_tools.py", "repo/test_workflows.py"),
         "fuzz/test_fuzz.py::test_without_clang_it_says_what_to_install",
+        "linuxcnc/test_linuxcnc_source.py::test_sudo_only_when_it_is_wanted",
+        "link/test_doctor.py::test_addresses_become_places_in_the_sources",
         "repo/test_dev.py::test_each_test_file_is_compiled_once_and_not_again",
         "repo/test_patience.py::test_a_program_under_test_gets_its_signals_whatever_we_inherit",
         "settings/test_settings_generate.py::test_what_is_committed_is_fresh",
@@ -67,22 +69,28 @@ EXCEPTIONS = {
         "wire/test_access.py::test_a_siphash_is_that_of_another_implementation",
     ),
     Ring.REALTIME: (
-        "linuxcnc/test_linuxcnc_module.py::test_a_module_in_halrun",
         "linuxcnc/test_linuxcnc_config.py::test_a_configuration_is_paired_once_the_controller_has_accepted_the_key",
-        "linuxcnc/test_linuxcnc_config.py::test_linuxcnc_moves_a_machine_to_the_step",
-        "linuxcnc/test_linuxcnc_source.py::test_halcompile_builds_it_without_a_warning",
         *("drivers/test_drivers_cli.py", "spindle/test_drive_served.py", "tune/test_tune_send.py"),
-        "link/test_expand.py::test_send_expands",
-        "link/test_expand.py::test_send_names_the_line_of_the_file",
-        *(f"link/test_{name}.py" for name in ("commands", "condition", "discover", "doctor", "keyboard", "serve_link")),
-        *(f"link/test_{name}.py" for name in ("resume_hint", "stream_core", "transport")),
+        *(f"link/test_{name}.py" for name in ("commands", "discover", "keyboard", "serve_link", "transport")),
+        "link/test_doctor.py::test_the_command_prints_json_for_scripts",
+        "link/test_doctor.py::test_every_finding_that_is_not_good_says_how_to_mend_it",
+        "link/test_resume.py::test_final_position_on_the_real_core",
+        "link/test_resume_hint.py::test_a_drilling_job_that_was_stopped",
+        "link/test_resume_hint.py::test_a_refused_line_is_not_called_acknowledged",
+        "link/test_stream_core.py",
+        *(f"link/test_target.py::test_a_{name}_without_a_scheme" for name in ("command", "device")),
+        "link/test_target.py::test_settings_diff_without_a_scheme",
         *(f"esp32/test_{name}.py" for name in ("first_contact", "ota", "page", "shut_out", "telnet", "update_page")),
         *(f"wire/test_{name}.py" for name in ("foreign_client", "lossy", "serve_access", "serve_wire", "wmc3_cli")),
-        "wire/test_leases.py::test_a_closed_port_ends_its_reports",
-        "wire/test_leases.py::test_a_closed_port_does_not_end_those_of_the_host_in_control",
-        "wire/test_leases.py::test_an_answer_that_waits_costs_no_processor_time",
         "cli/test_keys.py::test_the_key_of_the_environment_logs_in",
     ),
+}
+
+# A test of core that takes one of these, itself or by another fixture, is of that ring.
+FIXTURES = {
+    Ring.CORE: (),
+    Ring.CHIPS: ("build", "image"),
+    Ring.REALTIME: ("as_user", "bridge", "browser", "hal_program", "serve", "server"),
 }
 
 # A case that runs in a virtual chip, wherever its test is: of a parameter with this value.
@@ -109,15 +117,19 @@ def ring_of(path: Path, test: str = "") -> Ring:
 
 def mark_rings(items: Iterable[pytest.Item]) -> None:
     """Each test gets the marker of its ring. Raises NoRingError."""
-    known: dict[tuple[Path, str], Ring] = {}
     for item in items:
         if not item.path.is_relative_to(TESTS):
             continue  # a test of a test, elsewhere
-        function = getattr(item, "originalname", item.name)
-        key = (item.path, function)
-        if key not in known:
-            known[key] = ring_of(*key)
-        parameters = getattr(item, "callspec", None)
-        on_chip = parameters is not None and ON_CHIP in parameters.params.values()
-        ring = Ring.CHIPS if known[key] is Ring.CORE and on_chip else known[key]
-        item.add_marker(getattr(pytest.mark, ring.value))
+        item.add_marker(getattr(pytest.mark, ring_of_case(item).value))
+
+
+def ring_of_case(item: pytest.Item) -> Ring:
+    """By its file, or for one of core by what it takes. Raises NoRingError."""
+    ring = ring_of(item.path, getattr(item, "originalname", item.name))
+    if ring is not Ring.CORE:
+        return ring
+    taken = set(getattr(item, "fixturenames", ()))
+    parameters = getattr(item, "callspec", None)
+    on_chip = parameters is not None and ON_CHIP in parameters.params.values()
+    found = [Ring.CHIPS] * on_chip + [other for other in Ring if taken.intersection(FIXTURES[other])]
+    return found[0] if found else ring
