@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 from suite import trust
 from suite.__main__ import main
+from suite.mutants import chosen_mutants, mutants_of
+from wificnc.build.checkout import checkout_root
 
 TIMES = """1.5000\t0.5000\tcore\ttests/a/test_a.py::test_x[1]
 2.0000\t1.0000\tcore\ttests/a/test_a.py::test_x[b::c]
@@ -51,3 +53,27 @@ def test_what_failed_once_is_not_trusted(
     assert "1 of 3 times: tests/a\n1 not to be trusted" in capsys.readouterr().out
     assert main(["trust", "tests/a", "--runs", "1", "--load", "0"]) == 0
     assert capsys.readouterr().out.endswith("all can be trusted\n")
+
+
+def test_a_fault_is_made_of_code_alone(tmp_path: Path) -> None:
+    (tmp_path / "a.c").write_text(
+        """#include <a.h>
+/* a < b */
+ * a < b
+    if (a < b && say("x < y")) // c < d
+        p->q++; /* 1 + 2 */
+"""
+    )
+    made = mutants_of(tmp_path, Path("a.c"))
+    assert [(mutant.line, mutant.new.strip()) for mutant in made] == [
+        (4, 'if (a <= b && say("x < y")) // c < d'),
+        (4, 'if (a < b || say("x < y")) // c < d'),
+    ]
+    assert str(made[0]) == 'a.c:4: if (a < b && say("x < y")) // c < d  ->  if (a <= b && say("x < y")) // c < d'
+
+
+def test_the_same_seed_makes_the_same_faults_in_all_places() -> None:
+    first = chosen_mutants(checkout_root(), 40, seed=0)
+    assert first == chosen_mutants(checkout_root(), 40, seed=0) != chosen_mutants(checkout_root(), 40, seed=1)
+    assert {mutant.path.parts[0] for mutant in first} == {"core", "targets", "cli"}
+    assert all(mutant.old != mutant.new for mutant in first)

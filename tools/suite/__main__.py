@@ -1,4 +1,4 @@
-"""python -m suite times FILE [--by file|test] | trust TESTS... [--runs 30] [--load 8]"""
+"""python -m suite times FILE | trust TESTS... | mutants: each says its options by --help."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import argparse
 import sys
 from pathlib import Path
 
+from suite.mutants import mutate
 from suite.times import by_group, read_times
 from suite.trust import trust
 
@@ -21,7 +22,13 @@ def main(words: list[str]) -> int:
     trusted.add_argument("tests", nargs="+", metavar="TEST", help="as pytest names them, from the root of the tree")
     trusted.add_argument("--runs", type=int, default=30)
     trusted.add_argument("--load", type=int, default=8, help="busy processes beside the tests")
+    mutants = commands.add_parser("mutants", help="change lines of code; print whether tests of core notice")
+    mutants.add_argument("--count", type=int, default=40)
+    mutants.add_argument("--seed", type=int, default=0)
+    mutants.add_argument("tests", nargs="*", metavar="TEST", help="these alone, as pytest names them")
     asked = parser.parse_args(words)
+    if asked.command == "mutants":
+        return mutate(asked.count, asked.seed, asked.tests)
     if asked.command == "trust":
         return trust(asked.tests, asked.runs, asked.load)
     print("cases  wall s   cpu s")
