@@ -67,7 +67,16 @@ def test(python: Path, asked: argparse.Namespace, rest: list[str]) -> int:
         return code
     if not rest:
         compile_tests(python)
-    words = [python, "-m", "pytest", "-n", "auto", "--no-loadscope-reorder", *chosen(asked, rest), *rest]
+    words: list[str | Path] = [
+        python,
+        "-m",
+        "pytest",
+        "-n",
+        "auto",
+        "--no-loadscope-reorder",
+        *chosen(asked, rest),
+        *rest,
+    ]
     return run(words, also={"WIFICNC_ON_CHIP": "all"} if asked.command == "test-slice" else {})
 
 
