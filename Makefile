@@ -15,7 +15,7 @@ CPU     ?= 1
 BOARDS ?=
 TAG    ?=
 
-.PHONY: help demo test test-all test-deep test-chip power-cuts platforms chip-traces lint fuzz bench bench-chip bench-motion bench-latency xtensa bench-serve bench-page bench-wire bench-linuxcnc \
+.PHONY: help demo test test-all test-slice test-deep test-chip power-cuts platforms chip-traces lint fuzz bench bench-chip bench-motion bench-latency xtensa bench-serve bench-page bench-wire bench-linuxcnc \
     stream-million pictures release docs format generate web clean distclean
 .DEFAULT_GOAL := help
 
@@ -25,9 +25,10 @@ unexport PYTHONDONTWRITEBYTECODE
 
 help:
 	@echo 'make demo    run a real job through the real core and draw it (build/demo/)'
-	@echo 'make test    the quick tests: every area in a few minutes; PYTEST="tests/gcode -x" for a part'
-	@echo 'make test-all  all cases and the slow tests (whole jobs in the virtual chip, long searches, installed packages), as CI runs them'
-	@echo 'make test-deep  what test-all leaves out: the same on more computers, boards and cuts of the power; runs each night'
+	@echo 'make test    the ring core: nearly all tests, in virtual time; RING=chips or RING=realtime for another, PYTEST="tests/gcode -x" for a part'
+	@echo 'make test-all  the three rings, as CI runs them: also virtual chips, objects, wheels; browsers, sockets, LinuxCNC, senders'
+	@echo 'make test-slice  a fortieth of what test-all leaves out, as CI runs it: that of the commit, or PART=N'
+	@echo 'make test-deep  all that test-all leaves out: the same on more computers, boards and cuts of the power'
 	@echo 'make test-chip  the Grbl checklist and the senders against the real image in the virtual PIC32MZ, all of them'
 	@echo 'make power-cuts  the power cut at every flash operation of every command that stores, and how many those were'
 	@echo 'make platforms  the PC target and the wheels for the seven kinds of computers, three of them in an emulator'
@@ -54,15 +55,15 @@ help:
 demo:
 	@$(DEV) demo
 
-test test-all test-deep:
-	@$(DEV) $@ $(PYTEST)
+test test-all test-slice test-deep:
+	@$(DEV) $@ $(if $(RING),--ring $(RING)) $(if $(PART),--part $(PART)) $(PYTEST)
 
-# A part of it is in `make test-all`.
+# A part of it is in `make test-all`, and all of it in the slices.
 test-chip: $(VENV)/.ready-dev
 	@$(WIFICNC) build host
 	WIFICNC_ON_CHIP=all $(PY) -m pytest tests/grbl tests/states tests/senders tests/pic32mz/test_pic32mz_zig.py -k "chip or zig" $(PYTEST)
 
-# Some 5 300 cuts, a quarter of an hour; every fourth of the longer commands' is in `make test-all`.
+# Some 5 300 cuts, a quarter of an hour; every fourth of the longer commands' is in `make test-all`, all in the slices.
 power-cuts: $(VENV)/.ready-dev
 	WIFICNC_ON_CHIP=all $(PY) -m pytest -n auto -rP tests/pic32mz/test_pic32mz_power_cut_commands.py $(PYTEST)
 

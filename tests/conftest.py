@@ -5,19 +5,28 @@ from __future__ import annotations
 import gc
 import os
 from collections.abc import Generator
+from contextlib import ExitStack
+from pathlib import Path
 
+import core_only
 import pytest
 from file_scheduling import FileScheduling
-from hypothesis import settings
+from hypothesis import HealthCheck, settings
 from made_key import use_made_key
-from sample import CasesOfCi, sampled
+from rings import Ring, mark_rings
+from sample import CasesOfCi, Slice, part_of, sampled
 from skips import closing_lines, complaint, is_forbidden
+from times import timed
 from xdist.remote import Producer
 
-# A busy computer is no failure: speed is measured by make bench.
-settings.register_profile("untimed", deadline=None)
-settings.load_profile("untimed")
+# A busy computer is no failure: speed is measured by make bench. And no run has other examples than the one before;
+# for others: --hypothesis-profile=seeded --hypothesis-seed=N.
+UNTIMED = {"deadline": None, "suppress_health_check": [HealthCheck.too_slow], "database": None}
+settings.register_profile("same", derandomize=True, **UNTIMED)
+settings.register_profile("seeded", **UNTIMED)
+settings.load_profile("same")
 
+core_only.install()
 
 # Arrays here are small: threads of numpy's BLAS, which programs that tests start would have, too, only cost time.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -33,11 +42,12 @@ LONGEST_FIRST = (
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int | None:
-    """Twice as many as processors: a third of the time of all tests is waiting, for browsers and real time."""
+    """Twice as many as processors, because tests also wait, for browsers and real time; those of core do not."""
     if os.environ.get("PYTEST_XDIST_AUTO_NUM_WORKERS"):
         return None
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return 2 * cores
+    never_wait = config.option.markexpr.startswith(Ring.CORE.value) or config.getoption("--slice")
+    return cores if never_wait else 2 * cores
 
 
 @pytest.hookimpl(wrapper=True)
@@ -57,8 +67,30 @@ def _rank(item: pytest.Item) -> int:
 
 def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption("--cases", type=int, default=0, metavar="N", help="of each test at most N cases; 0: all")
+    said = "part K of N of what CI leaves out: deep cases, and those of hypothesis (with another seed)"
+    parser.addoption("--slice", type=part_of, metavar="K/N", help=said)
+    said = "append what each test takes: seconds, seconds of the processor, ring, test"
+    parser.addoption("--times", type=Path, metavar="FILE", help=said)
     said = "of tests whose cases are alike some stay for CI, and the others are marked deep"
     parser.addoption("--cases-of-ci", action="store_true", help=said)
+
+
+class Rings:
+    """Each test has its ring, and the tests of core keep to it. A plugin: its hook comes behind those of folders, which
+    choose cases, and before -m, which looks at the markers."""
+
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        mark_rings(items)
+
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_runtest_protocol(self, item: pytest.Item) -> Generator[None, object, object]:
+        ring = next((ring for ring in Ring if item.get_closest_marker(ring.value)), None)
+        with ExitStack() as stack:
+            if file := item.config.getoption("--times"):
+                stack.enter_context(timed(file, ring.value if ring else "", item.nodeid))
+            if ring is Ring.CORE:
+                stack.enter_context(core_only.core_only(item.nodeid))
+            return (yield)
 
 
 @pytest.hookimpl(trylast=True)  # of those that -m and -k leave
@@ -92,11 +124,18 @@ class Failures:
             message = crash.message if crash else report.longreprtext
             terminal.write_line("")
             terminal.write_line(f"{report.nodeid}: {message.strip().partition(chr(10))[0][:200]}")
+            if part := self.config.getoption("--slice"):
+                terminal.write_line(
+                    f"again, with the others of that part: python tools/dev.py test-slice --part {part[0]}"
+                )
 
 
 def pytest_configure(config: pytest.Config) -> None:
     if config.getoption("--cases-of-ci"):
         config.pluginmanager.register(CasesOfCi())
+    if part := config.getoption("--slice"):
+        config.pluginmanager.register(Slice(*part))
+    config.pluginmanager.register(Rings())  # last, so its hook comes first
     if not hasattr(config, "workerinput"):
         config.pluginmanager.register(Failures(config))
 

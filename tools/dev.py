@@ -1,4 +1,5 @@
-"""What a developer does, on every system: python tools/dev.py demo | test | test-all | test-deep | lint | setup.
+"""What a developer does, on every system: python tools/dev.py demo | test | lint | setup, and test-all | test-slice |
+test-deep.
 
 Sets up .venv first: a Python environment with WiFiCNC and its tools, and a C compiler from PyPI where there is none.
 A second run skips that. `make` calls it. Needs Python 3.10 or newer, and nothing else.
@@ -19,14 +20,15 @@ OLDEST_PYTHON = (3, 10)
 COMPILERS = ("cc", "gcc", "clang")
 RUN_EXTRAS, DEV_EXTRAS = "plot", "plot,esp,dev"
 RUN_STAMP, DEV_STAMP = ".ready", ".ready-dev"
-# Which cases of a test; those of one that is asked for by its name run all.
-SAMPLES = {"test": "--cases=3", "test-all": "--cases-of-ci", "test-deep": "--cases-of-ci"}
-CHOSEN = {"test": "not slow and not deep", "test-all": "not deep", "test-deep": "deep"}
+RINGS = ("core", "chips", "realtime")  # tests/support/rings.py says which test is in which
+SLICES = 40  # of what CI leaves out: each run of CI does one of them
 COMMANDS = {
     "demo": "run a real job through the real core and draw it",
-    "test": "the quick tests, of each a few cases; more words go to pytest, and all cases run",
-    "test-all": "the slow tests, too, as CI runs them; more words go to pytest, and all cases run",
-    "test-deep": "what test-all leaves out, as it runs each night; more words go to pytest",
+    "test": "the ring core: nearly all tests, in virtual time; --ring for another; more words go to pytest, and tests "
+    "that they name are of any ring",
+    "test-all": "the three rings, as CI runs them; more words go to pytest",
+    "test-slice": f"one of {SLICES} parts of what test-all leaves out: that of the commit, or --part N",
+    "test-deep": "what test-all leaves out; more words go to pytest",
     "lint": "formats, types, static analysis, house rules: all, or those named",
     "setup": "only set up .venv; --dev: with the tools",
 }
@@ -37,32 +39,76 @@ def main(words: list[str]) -> int:
     parser = argparse.ArgumentParser(prog="tools/dev.py", description="What a developer does, on every system.")
     parser.add_argument("--venv", default=".venv", help="folder of the environment (%(default)s)")
     commands = parser.add_subparsers(dest="command", required=True)
+    tests = [name for name in COMMANDS if name.startswith("test")]
     for name, text in COMMANDS.items():
-        commands.add_parser(name, help=text, add_help=name not in CHOSEN)
+        made = commands.add_parser(name, help=text, add_help=name not in tests, allow_abbrev=False)
+        if name == "test":
+            made.add_argument("--ring", choices=RINGS)
+        if name == "test-slice":
+            made.add_argument("--part", type=int, metavar="N", choices=range(SLICES))
     asked, rest = parser.parse_known_args(words)
     if asked.command == "setup" and rest not in ([], ["--dev"]):
         parser.error(f"setup takes --dev or nothing, not {' '.join(rest)}")
     venv = ROOT / asked.venv
     python = python_of(venv)
-    set_up(venv, dev=asked.command in (*CHOSEN, "lint") or "--dev" in rest)
+    set_up(venv, dev=asked.command in (*tests, "lint") or "--dev" in rest)
     if asked.command == "setup":
         return 0
     if asked.command == "lint":
         return run([python, "-m", "lint", *rest], ROOT / "tools")
     if asked.command == "demo":
         return run([python, "-m", "wificnc", "demo", *rest])
+    return test(python, asked, rest)
+
+
+def test(python: Path, asked: argparse.Namespace, rest: list[str]) -> int:
+    """Run what was asked for, on all processors."""
     if code := run([python, "-m", "wificnc", "build", "host"]):
         return code
-    chosen = ["-m", CHOSEN[asked.command]]
     if not rest:
         compile_tests(python)
-        chosen.append(SAMPLES[asked.command])
-    return run([python, "-m", "pytest", "-n", "auto", "--no-loadscope-reorder", *chosen, *rest])
+    words: list[str | Path] = [
+        python,
+        "-m",
+        "pytest",
+        "-n",
+        "auto",
+        "--no-loadscope-reorder",
+        *chosen(asked, rest),
+        *rest,
+    ]
+    return run(words, also={"WIFICNC_ON_CHIP": "all"} if asked.command == "test-slice" else {})
 
 
-def run(command: list[str | Path], folder: Path = ROOT) -> int:
-    """In the folder, with text in UTF-8 whatever the system's code page is."""
-    return subprocess.run([*map(str, command)], cwd=folder, env=environment(), check=False).returncode
+def chosen(asked: argparse.Namespace, rest: list[str]) -> list[str]:
+    """pytest's options for a command. Tests that are named run with all their cases."""
+    named = any((ROOT / word.partition("::")[0]).exists() for word in rest)
+    sample = [] if named else ["--cases-of-ci"]
+    if asked.command == "test-deep":
+        return ["-m", "deep", *sample]
+    if asked.command == "test-slice":
+        part = slice_of_commit() if asked.part is None else asked.part
+        print(
+            f"Part {part} of {SLICES} of what test-all leaves out: python tools/dev.py test-slice --part {part}",
+            flush=True,
+        )
+        seeded = ("--hypothesis-profile=seeded", f"--hypothesis-seed={part}")
+        return [f"--slice={part}/{SLICES}", *seeded, *sample]
+    ring = (asked.ring or ("" if named else "core")) if asked.command == "test" else ""
+    return ["-m", f"{ring} and not deep" if ring else "not deep", *sample]
+
+
+def slice_of_commit() -> int:
+    """By the commit's hash; 0 outside a repository."""
+    words = ["git", "rev-parse", "HEAD"]
+    said = subprocess.run(words, cwd=ROOT, capture_output=True, text=True, check=False).stdout.strip()
+    return int(said or "0", 16) % SLICES
+
+
+def run(command: list[str | Path], folder: Path = ROOT, also: dict[str, str] | None = None) -> int:
+    """In the folder, with text in UTF-8 whatever the system's code page is. @param also  more environment"""
+    environ = {**environment(), **(also or {})}
+    return subprocess.run([*map(str, command)], cwd=folder, env=environ, check=False).returncode
 
 
 def environment() -> dict[str, str]:

@@ -24,7 +24,7 @@ from wificnc.chip.wired import greet
 __all__ = ["board", "build", "image"]
 
 FAST = {f"s{base + ax}": value for base, value in ((110, 5000), (120, 500)) for ax in range(3)}
-CHIP_CASES = 6  # in CI, of each test; `make test-chip` and `make test-deep` run the others
+CHIP_CASES = 6  # in CI, of each test; `make test-chip` and the slices run the others
 CHIP = pytest.param("chip", id="chip")
 ESP_BOARDS = ("esp32-wroom32", "esp32s3-devkitc")
 AS_BOARDS = [pytest.param(name, id=f"pc-{name}") for name in ESP_BOARDS]

@@ -25,11 +25,16 @@ def board(request: pytest.FixtureRequest) -> Board:
     return loaded(str(request.param))
 
 
-@pytest.fixture
-def grbl(board: Board) -> Iterator[Grbl]:
+def started(board: Board) -> Grbl:
     controller = Grbl(board=pc_board(board.id))
     controller.send("")
     controller.fine("$110=5000", "F600")
+    return controller
+
+
+@pytest.fixture
+def grbl(board: Board) -> Iterator[Grbl]:
+    controller = started(board)
     yield controller
     controller.close()
 
@@ -70,15 +75,18 @@ LINES: list[tuple[str, Needs]] = [
 ]
 
 
-@pytest.mark.parametrize(("line", "needs"), LINES, ids=[line for line, _ in LINES])
-def test_what_a_board_lacks_is_refused(board: Board, grbl: Grbl, line: str, needs: Needs) -> None:
-    grbl.fine("$91=0")
-    modes, settings = grbl.send("$G\n"), grbl.send("$$\n")
-    error = needs(board)
-    assert grbl.send(line + "\n") == (f"error:{error}\r\n" if error else "ok\r\n")
-    if error:
-        after = (grbl.send("$G\n"), grbl.send("$$\n"), grbl.position())
-        assert after == (modes, settings, [0] * 6)
+def test_what_a_board_lacks_is_refused(board: Board) -> None:
+    """Each line in a controller of its own."""
+    for line, needs in LINES:
+        grbl = started(board)
+        grbl.fine("$91=0")
+        modes, settings = grbl.send("$G\n"), grbl.send("$$\n")
+        error = needs(board)
+        assert grbl.send(line + "\n") == (f"error:{error}\r\n" if error else "ok\r\n"), line
+        if error:
+            after = (grbl.send("$G\n"), grbl.send("$$\n"), grbl.position())
+            assert after == (modes, settings, [0] * 6), line
+        grbl.close()
 
 
 # of each ability of docs/boards.md, a line that needs it

@@ -110,6 +110,7 @@ kill -CONT "$component"
 """
 
 
+@pytest.mark.deep  # link_bench.py has the same corner, in virtual time (test_linuxcnc_link.py)
 def test_a_component_that_is_late_cuts_no_corner(
     user_home: Path, as_user: Callable[..., str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -231,6 +231,7 @@ def test_after_an_e_stop_no_pulse_leaves(name: str) -> None:
     each_moment(name, 3, check)
 
 
+@pytest.mark.alike(8)
 @pytest.mark.parametrize("name", ["line", "corner", "arc", "dense", "stops", "probe"])
 @pytest.mark.parametrize("override", ["\x92" * 5, "\x91" * 10, "\x92" * 9 + "\x93" * 9, "\x91" * 9 + "\x92" * 18])
 def test_a_feed_override_keeps_path_and_limits(name: str, override: str) -> None:

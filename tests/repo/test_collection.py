@@ -1,5 +1,4 @@
-"""`make test-all` and `make test-deep` run every test there is, `make test` some of every folder, and who names these
-commands is right."""
+"""`make test-all` and `make test-deep` run every test there is, and who names these commands is right."""
 
 from __future__ import annotations
 
@@ -12,7 +11,7 @@ from wificnc.build.checkout import checkout_root
 
 ROOT = checkout_root()
 TESTS = ROOT / "tests"
-DEAR = {"pytest.mark.slow", "pytest.mark.deep"}
+DEAR = {"pytest.mark.deep"}
 
 
 def test_no_folder_of_tests_is_left_out(pytestconfig: pytest.Config) -> None:
@@ -37,12 +36,12 @@ def test_every_folder_has_quick_tests() -> None:
     folders = {path.parent for path in TESTS.rglob("test_*.py")} - {TESTS / "native" / "test_core"}
     for folder in sorted(folders - {TESTS / "native"}):  # PlatformIO's, which tests/build runs
         found = [name for path in folder.glob("test_*.py") for name in quick_tests(path.read_text(encoding="utf-8"))]
-        assert found, f"{folder.relative_to(ROOT)}: nothing of it is in `make test`"
+        assert found, f"{folder.relative_to(ROOT)}: CI runs nothing of it"
 
 
 def test_the_marker_is_seen() -> None:
-    assert quick_tests("@pytest.mark.slow\n@other(1)\ndef test_a(): ...\n\n\ndef test_b(): ...\n") == ["test_b"]
-    assert quick_tests("pytestmark = pytest.mark.slow\n\n\ndef test_a(): ...\n") == []
+    assert quick_tests("@pytest.mark.deep\n@other(1)\ndef test_a(): ...\n\n\ndef test_b(): ...\n") == ["test_b"]
+    assert quick_tests("pytestmark = pytest.mark.deep\n\n\ndef test_a(): ...\n") == []
 
 
 def recipe(target: str) -> str:
@@ -56,23 +55,18 @@ def recipe(target: str) -> str:
 
 def test_ci_runs_all_of_it_by_a_command_of_the_readme() -> None:
     readme, ci = ((ROOT / name).read_text(encoding="utf-8") for name in ("README.md", ".ci/run"))
-    ran = re.findall(r"^(make test\S*) ", ci, re.MULTILINE)
-    assert ran == ["make test-all"]
-    assert set(re.findall(r"^(make test\S*) +#", readme, re.MULTILINE)) == {"make test", *ran}
+    assert re.findall(r"\b(make test\S*) [2>]", ci) == ["make test-all", "make test-slice"]
+    assert set(re.findall(r"^(make test\S*) +#", readme, re.MULTILINE)) == {"make test", "make test-all"}
 
 
 def test_only_a_command_leaves_tests_out(pytestconfig: pytest.Config) -> None:
     """So that a file that is run by its name runs whole."""
-    assert recipe("test-all") == recipe("test") == recipe("test-deep") == "\t@$(DEV) $@ $(PYTEST)\n"
-    assert not re.search("slow|deep", str(pytestconfig.getini("addopts")))
+    commands = ("test", "test-all", "test-slice", "test-deep")
+    assert len({recipe(name) for name in commands}) == 1 and "$(DEV) $@ " in recipe("test")
+    assert not re.search("slow|deep|core", str(pytestconfig.getini("addopts")))
 
 
-def test_the_deep_ones_run_each_night() -> None:
-    night = (ROOT / ".github" / "workflows" / "night.yml").read_text(encoding="utf-8")
-    assert "schedule:" in night and "make test-deep" in night
-
-
-@pytest.mark.parametrize("target", ["test", "test-all", "test-deep"])
+@pytest.mark.parametrize("target", ["test", "test-all", "test-slice", "test-deep"])
 def test_help_and_document_name_both(target: str) -> None:
     assert re.search(rf"make {target}  ", recipe("help"))
     assert f"| `make {target}` |" in (ROOT / "docs" / "development.md").read_text(encoding="utf-8")

@@ -19,34 +19,67 @@ def ran(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
     """What it would run, in an environment that is ready."""
     commands: list[list[str]] = []
     monkeypatch.setattr(dev, "set_up", lambda venv, dev: commands.append([f"set up {venv.name}{' dev' * dev}"]))
-    monkeypatch.setattr(dev, "run", lambda command, folder=ROOT: commands.append([*map(str, command[1:])]) or 0)
+
+    def run(command: list[str | Path], folder: Path = ROOT, also: dict[str, str] | None = None) -> int:
+        commands.append([*[f"{name}={value}" for name, value in (also or {}).items()], *map(str, command[1:])])
+        return 0
+
+    monkeypatch.setattr(dev, "run", run)
     monkeypatch.setattr(dev, "compile_tests", lambda python: commands.extend([["compile tests"]]))
     return commands
 
 
-def test_each_command_has_its_tests(ran: list[list[str]]) -> None:
-    words = ["tests/gcode", "-x", "-k", "arc and not slow"]
-    chosen = {"test": "not slow and not deep", "test-all": "not deep", "test-deep": "deep"}
-    for command, marked in chosen.items():
-        ran.clear()
-        assert dev.main([command, *words]) == 0
-        pytest_words = ["-m", "pytest", "-n", "auto", "--no-loadscope-reorder", "-m", marked, *words]
-        assert ran == [["set up .venv dev"], ["-m", "wificnc", "build", "host"], pytest_words]
+PYTEST = ["-m", "pytest", "-n", "auto", "--no-loadscope-reorder"]
+
+
+@pytest.mark.parametrize(
+    ("words", "chosen"),
+    [
+        (["test"], ["-m", "core and not deep", "--cases-of-ci"]),
+        (["test", "-x"], ["-m", "core and not deep", "--cases-of-ci", "-x"]),
+        (["test", "--ring", "chips"], ["-m", "chips and not deep", "--cases-of-ci"]),
+        (["test", "--ring", "realtime", "-k", "arc"], ["-m", "realtime and not deep", "--cases-of-ci", "-k", "arc"]),
+        (["test", "tests/web", "-x"], ["-m", "not deep", "tests/web", "-x"]),
+        (["test", "--ring", "core", "tests/grbl"], ["-m", "core and not deep", "tests/grbl"]),
+        (["test-all"], ["-m", "not deep", "--cases-of-ci"]),
+        (["test-deep"], ["-m", "deep", "--cases-of-ci"]),
+        (["test-deep", "tests/repo/test_dev.py::test_x"], ["-m", "deep", "tests/repo/test_dev.py::test_x"]),
+    ],
+)
+def test_each_command_has_its_tests(ran: list[list[str]], words: list[str], chosen: list[str]) -> None:
+    """Tests that are named run with all their cases, whatever their ring."""
+    assert dev.main(words) == 0
+    assert [row for row in ran if row != ["compile tests"]] == [
+        ["set up .venv dev"],
+        ["-m", "wificnc", "build", "host"],
+        [*PYTEST, *chosen],
+    ]
+
+
+def test_a_slice_is_the_commits_and_can_be_asked_for_again(
+    ran: list[list[str]], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(dev, "slice_of_commit", lambda: 7)
+    for words in (["test-slice"], ["test-slice", "--part", "7"]):
+        assert dev.main(words) == 0
+        seeded = ["--hypothesis-profile=seeded", "--hypothesis-seed=7"]
+        sliced = [f"--slice=7/{dev.SLICES}", *seeded, "--cases-of-ci"]
+        assert ran[-1] == ["WIFICNC_ON_CHIP=all", *PYTEST, *sliced]
+        assert "python tools/dev.py test-slice --part 7\n" in capsys.readouterr().out
+    with pytest.raises(SystemExit):
+        dev.main(["test-slice", "--part", str(dev.SLICES)])
+
+
+def test_the_slice_of_a_commit_is_one_of_them(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    assert 0 <= dev.slice_of_commit() < dev.SLICES
+    monkeypatch.setattr(dev, "ROOT", tmp_path)  # no repository
+    monkeypatch.setenv("GIT_DIR", str(tmp_path))
+    assert dev.slice_of_commit() == 0
 
 
 def test_all_tests_are_compiled_before_they_run(ran: list[list[str]]) -> None:
     assert dev.main(["test"]) == 0
     assert [words[:2] for words in ran[-2:]] == [["compile tests"], ["-m", "pytest"]]
-
-
-def test_what_ci_leaves_out_is_what_each_night_runs(ran: list[list[str]]) -> None:
-    """`make test` is a sample of its own."""
-    samples = {}
-    for command in dev.CHOSEN:
-        assert dev.main([command]) == 0
-        samples[command] = [word for word in ran[-1] if word.startswith("--cases")]
-    assert samples["test"] == ["--cases=3"]
-    assert samples["test-all"] == samples["test-deep"] == ["--cases-of-ci"]
 
 
 def test_each_test_file_is_compiled_once_and_not_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,4 +1,4 @@
-"""`make test` and CI run some cases of each test, always the same ones; each night runs the others."""
+"""CI runs some cases of each test, always the same ones; its slices run the others."""
 
 from __future__ import annotations
 
@@ -34,6 +34,7 @@ def test_one_case_more_changes_at_most_one() -> None:
         (["--cases-of-ci", "-m", "not deep"], "4 passed, 7 deselected"),
         (["--cases-of-ci", "-m", "deep"], "7 passed, 4 deselected"),
         (["-m", "not deep"], "10 passed, 1 deselected"),
+        (["--cases-of-ci", "--slice=0/1"], "7 passed, 4 deselected"),
     ],
 )
 def test_pytest_runs_the_sample(options: list[str], said: str, tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ import struct
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from looped import looped
 from settings_core import AXES, NUMBERS, ROOT, TABLE, Numbered, Row, Settings, Values
 
 OK, BAD_NUMBER, UNKNOWN, NEGATIVE, STEP_PULSE, NEEDS_HOMING = 0, 2, 3, 4, 6, 10  # Grbl's numbers
@@ -28,7 +29,7 @@ $110=500.000 $111=500.000 $112=500.000 $120=10.000 $121=10.000 $122=10.000 $130=
 $340=0 $394=0.0 $539=0.0
 """
 
-each_number = pytest.mark.parametrize("item", NUMBERS, ids=lambda item: f"${item.number}")
+each_number = looped("item", NUMBERS, lambda item: f"${item.number}", settings=lambda library: Settings(library))
 
 
 def single(value: float) -> float:

@@ -61,6 +61,7 @@ def taker(hub: HubHosts, lines: str, seconds: float) -> tuple[list[str], list[st
     return former, answers(hub.heard_of(1))
 
 
+@pytest.mark.alike(2)
 @pytest.mark.parametrize("situation", ["run", "run, dwell", "run, line open", "hold, M0", "hold, move", "hold, probe"])
 def test_lines_that_have_not_begun_are_refused_behind_the_open_one(pair: ServerPair, situation: str) -> None:
     """Each line has one answer, in order, whatever the look-ahead took; the taker's lines come behind all of them."""

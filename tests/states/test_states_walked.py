@@ -9,12 +9,11 @@ import pytest
 from generate.states_table import load_states
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from slow import slow_but
 from state_machine import SITUATIONS, Pair
 
 TABLE = load_states()
 INPUTS = sorted(entry.name for entry in TABLE.controllers)
-SHARDS = 60  # of the pairs; one runs in `make test-deep`, all with WIFICNC_STATES=all
+SHARDS = 60  # of the pairs; one is deep, all with WIFICNC_STATES=all
 ALL = os.environ.get("WIFICNC_STATES") == "all"
 
 
@@ -47,7 +46,7 @@ def some_inputs(situation: str) -> list[str]:
     return INPUTS[turn::2] if is_one_of_several(situation) else INPUTS
 
 
-@pytest.mark.parametrize("situation", slow_but(lambda name: not is_one_of_several(name), SITUATIONS))
+@pytest.mark.parametrize("situation", SITUATIONS)
 def test_every_cell(situation: str) -> None:
     """Of a state that has several situations, each cell in every second of them."""
     walk_cells(situation, some_inputs(situation))

@@ -1,8 +1,7 @@
-"""Tests that `make test` leaves to `make test-all`, and those that this leaves to `make test-deep`: dear ones, whose
-kind of fault a quicker test sees, too.
+"""Dear tests, whose kind of fault a quicker test sees, too: those marked `deep`, which CI leaves to its slices
+(tools/dev.py test-slice), and those marked `slow`, which are deep in the ring core and run in CI in the others.
 
-The markers are `slow` and `deep`. It is the command that leaves them out, not pytest's configuration: a file that is
-run by its name runs whole.
+It is the command that leaves them out, not pytest's configuration: a file that is run by its name runs whole.
 """
 
 from __future__ import annotations
@@ -19,19 +18,19 @@ Value = TypeVar("Value")
 def slow_but(
     is_quick: Callable[[Value], bool], values: Iterable[Value], is_kept: Callable[[Value], bool] = lambda _: True
 ) -> list[Any]:
-    """Parameters of a test, of which `make test` runs the quick ones, and `make test-all` those that are kept."""
+    """Parameters of a test: the quick ones, those that are slow, and those that not even so are kept."""
     found = list(values)
     assert any(map(is_quick, found)), "a quick test of it must stay"
     return [value if is_quick(value) else _marked("slow" if is_kept(value) else "deep", value) for value in found]
 
 
 def deep_but(is_kept: Callable[[Value], bool], values: Iterable[Value]) -> list[Any]:
-    """Parameters of a test, of which `make test-all` runs some."""
+    """Parameters of a test, of which CI runs some."""
     return slow_but(is_kept, values, lambda _: False)
 
 
 def cases_but(is_kept: Callable[..., bool], *values: Collection[Any]) -> list[Any]:
-    """All combinations of these parameters, of which `make test-all` runs some, with every value among them."""
+    """All combinations of these parameters, of which CI runs some, with every value among them."""
     every = list(product(*values))
     kept = [case for case in every if is_kept(*case)]
     for number, value in ((n, each) for n, column in enumerate(values) for each in column):

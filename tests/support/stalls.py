@@ -66,6 +66,6 @@ def stall_often(
 
 def seeds(few: int) -> list[Any]:
     """Seeds of a test: a few, or as many as WIFICNC_STALL_SEEDS says for a longer look. A quarter of them is quick, and
-    half of them are left to `make test-deep`."""
+    half of them are left to the slices of CI."""
     every = range(int(os.environ.get("WIFICNC_STALL_SEEDS", few)))
     return slow_but(lambda seed: seed < max(1, few // 4), every, lambda seed: seed < (few + 1) // 2)
