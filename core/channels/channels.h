@@ -88,6 +88,12 @@ uint16_t channels_inputs(const struct channels *channels);
  */
 void channels_set(struct channels *channels, uint16_t mask, uint16_t on);
 
+/** [any] Levels of the outputs' lines in the safe state, 1 = high. */
+static inline __attribute__((always_inline)) uint16_t channels_safe_levels(const struct channels *channels) {
+    return (uint16_t)((channels->config.value[CHANNELS_IO_SAFE] ^ channels->invert) &
+                      channels->wiring.outputs);
+}
+
 /** All outputs to the safe state. */
 void channels_safe(struct channels *channels);
 

@@ -188,6 +188,11 @@ bool line_reader_has_message(const struct line_reader *reader) {
     return message_mark(reader->comment, reader->comment + reader->commented) != NULL;
 }
 
+bool line_reader_has_values(const struct line_reader *reader) {
+    const char *comma = message_mark(reader->comment, reader->comment + reader->commented);
+    return comma != NULL && (comma[-2] & ~32) != 'S'; /* of MSG */
+}
+
 bool line_reader_comment(const struct line_reader *reader, char *text, size_t size) {
     const char *from = reader->comment;
     const char *end = from + reader->commented;

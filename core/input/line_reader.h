@@ -50,6 +50,9 @@ size_t line_reader_take(struct line_reader *reader, const uint8_t *bytes, size_t
 /** The line's comment begins with MSG, PRINT, or DEBUG, (LinuxCNC, grblHAL): it is meant for the operator. */
 bool line_reader_has_message(const struct line_reader *reader);
 
+/** That beginning is PRINT, or DEBUG,: values take the place of parameters in it. */
+bool line_reader_has_values(const struct line_reader *reader);
+
 /** The comment of the line, as messages show it: without blanks at its ends, and without such a beginning;
  * the marks of a report are others.
  *  @return false: it has none, and text is "". A comment of blanks is one, and "", too */

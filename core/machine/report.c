@@ -60,12 +60,6 @@ static void report_comment(const struct machine *machine) {
     text_string(&machine->out, text);
 }
 
-void report_line_comment(struct machine *machine) {
-    char text[LINE_COMMENT_SIZE + 1];
-    if (line_reader_comment(&machine->lines.reader, text, sizeof text) && text[0] != '\0')
-        report_message(machine, text);
-}
-
 void report_tool_change(struct machine *machine) {
     text_string(&machine->out, "[MSG:Tool change: T");
     text_int(&machine->out, machine->task.command.next.tool);

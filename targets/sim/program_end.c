@@ -2,6 +2,7 @@
 #include "program_end.h"
 
 #include "gcode/block.h"
+#include "gcode/expression.h"
 #include "gcode/number.h"
 
 #include <string.h>
@@ -17,7 +18,29 @@ static const char *skip_computed(const char *text) {
     return text;
 }
 
-/* M2 or M30, however it is written; an expression in place of the number is not computed. */
+/* Brackets with numbers and + - * / between them: what every sender can compute. */
+static bool is_known(const char *from, const char *end) {
+    const size_t length = (size_t)(end - from);
+    const char *power = strstr(from, "**");
+    return strspn(from, "[]+-*/.0123456789") >= length && (power == NULL || power >= end);
+}
+
+/* The number of an M, or 0: none, or not to be known by reading. */
+static double code_at(const char *text) {
+    const char *bracket = text + (*text == '+');
+    if (*bracket == '[') {
+        static const struct param_context nothing = {.unknown = NEEDS_ALL};
+        double value;
+        return is_known(bracket, skip_computed(bracket)) &&
+                       expression_value(&nothing, &bracket, &value) == STATUS_OK
+                   ? value
+                   : 0.0;
+    }
+    const struct number number = number_scan(text);
+    return number.end != NULL ? number_value(number) : 0.0;
+}
+
+/* M2 or M30, however it is written. */
 static bool has_end_code(const char *line) {
     while (*line != '\0') {
         if (*line == '[' || *line == '<') {
@@ -26,8 +49,7 @@ static bool has_end_code(const char *line) {
         }
         if (*line++ != 'M')
             continue;
-        const struct number number = number_scan(line);
-        const double value = number.end != NULL ? number_value(number) : 0.0;
+        const double value = code_at(line);
         if (value == 2.0 || value == 30.0)
             return true;
     }

@@ -2,7 +2,8 @@
  * Where a program ends in its file: at M2 or M30, or at the % that closes it (RS274/NGC 3.6.1), which is any
  * lone % after the first line with code. What follows is not run: it is counted, and looked at for the
  * beginning of another program. cli/wificnc/job/ending.py and web/src/job/ending.ts are the same in their
- * languages; protocol/vectors/program_end.json binds the three. Pure. */
+ * languages; protocol/vectors/program_end.json binds the three. M[1+1] is an end, too; M#1 and M[SQRT[4]] are
+ * for the controller to compute, which ends the program there and executes the lines after it. Pure. */
 #ifndef WIFICNC_SIM_PROGRAM_END_H
 #define WIFICNC_SIM_PROGRAM_END_H
 

@@ -20,6 +20,7 @@ enum { NOT_SET = -1 };
 
 gpio_dev_t GPIO;
 static uint32_t signal_at[64], cut_high, cut_low;
+static bool frozen;
 
 void esp_rom_gpio_connect_out_signal(uint32_t gpio, uint32_t signal, bool inverted, bool enable_inverted) {
     (void)inverted, (void)enable_inverted;
@@ -30,6 +31,12 @@ void step_engine_cut(struct hal_step *hal, uint32_t high, uint32_t low) {
     (void)hal;
     cut_high = high;
     cut_low = low;
+}
+
+void step_engine_freeze(struct hal_step *hal) {
+    (void)hal;
+    CHECK(cut_low != 0); /* the word comes before */
+    frozen = true;
 }
 
 static int level[64];
@@ -134,7 +141,7 @@ static void a_panic_switches_all_off(void) {
     memset((void *)(uintptr_t)&GPIO, 0, sizeof GPIO);
     memset(signal_at, 0, sizeof signal_at);
     outputs_cut(&outputs, NULL);
-    CHECK(cut_low == bit(PIN_MISC_OUT_0) && cut_high == 0);
+    CHECK(cut_low == bit(PIN_MISC_OUT_0) && cut_high == 0 && frozen);
     const uint32_t low[2] = {GPIO.out_w1tc, GPIO.out1_w1tc.val};
     CHECK((low[PIN_COOLANT_FLOOD / 32] >> PIN_COOLANT_FLOOD % 32 & 1) == 1);
     CHECK((low[PIN_SPINDLE_PWM / 32] >> PIN_SPINDLE_PWM % 32 & 1) == 1);

@@ -94,6 +94,36 @@ def test_erase_forgets_the_settings(chip: Mock, build: Path, tmp_path: Path) -> 
     assert json.loads(wificnc("nvs", "read", "--port", chip.port, "--json").stdout) == {}
 
 
+@pytest.mark.parametrize(
+    ("setting", "words"),
+    [
+        ("p_sx=24", "the ESP32-S3 has no GPIO24"),
+        ("p_sx=29", "GPIO29 of the ESP32-S3 is taken by"),
+        ("io_p0=22", "no GPIO22"),
+    ],
+)
+def test_an_image_for_another_chip_is_refused(chip: Mock, tmp_path: Path, setting: str, words: str) -> None:
+    """Before anything is written: GPIO22 to 25 are the ESP32's alone, and 26 to 32 hold the flash of the ESP32-S3."""
+    wificnc("nvs", "build", "shapeoko3", "--set", setting, "-o", tmp_path / "a.bin")
+    said = wificnc("nvs", "flash", tmp_path / "a.bin", "--port", chip.port, code=Exit.FLASH).stderr
+    assert words in " ".join(said.split()) and setting in said
+    assert json.loads(wificnc("nvs", "read", "--port", chip.port, "--json").stdout) == {}
+
+
+@pytest.mark.parametrize("from_repository", [True, False])
+def test_a_board_with_another_chip_is_refused(chip: Mock, tmp_path: Path, from_repository: bool) -> None:
+    """Of the repository, and of one's own; nothing in such an image tells the chips apart."""
+    text = (ROOT / "boards" / "esp32-wroom32.toml").read_text()
+    own = tmp_path / "my-esp32.toml"
+    own.write_text(text)
+    board = "esp32-wroom32" if from_repository else own
+    wificnc("nvs", "build", "shapeoko3", "--board", board, "-o", tmp_path / "a.bin")
+    wificnc("nvs", "flash", tmp_path / "a.bin", "--board", board, "--dry-run")
+    said = wificnc("nvs", "flash", tmp_path / "a.bin", "--board", board, "--port", chip.port, code=Exit.FLASH).stderr
+    assert "this is an ESP32-S3" in " ".join(said.split())
+    assert json.loads(wificnc("nvs", "read", "--port", chip.port, "--json").stdout) == {}
+
+
 def test_wifi_is_set_and_shown_and_other_keys_stay(chip: Mock, tmp_path: Path) -> None:
     wificnc("nvs", "build", "shapeoko3", "-o", tmp_path / "a.bin")
     wificnc("nvs", "flash", tmp_path / "a.bin", "--port", chip.port)

@@ -212,6 +212,21 @@ def test_a_full_fifo_says_so_and_drops(esp32: VirtualChip) -> None:
     assert sent.regs.load(I2S + RAW) & 1 << 4 == 0 and esp32.shift_outputs() == 63
 
 
+def test_a_reset_of_i2s_leaves_the_outputs(esp32: VirtualChip) -> None:
+    """Which ESP-IDF's esp_restart_noos() gives it: what waits is gone, the registers show their last whole word."""
+    sent = Transmitter(esp32)
+    sent.put(5, 5, 5)
+    sent.start()
+    for pin in (CLOCK, DATA, LATCH):
+        sent.route(pin)
+    sent.regs.wait(6 * FRAME + FRAME // 3)
+    sent.put(0xFFFFFFFF)
+    sent.regs.store(0x3FF000C4, 1 << 4)
+    sent.regs.store(0x3FF000C4, 0)
+    sent.regs.wait(10 * FRAME)
+    assert esp32.shift_outputs() == 5 and sent.regs.load(I2S + FIFO_CONF) & 1 << 12
+
+
 def test_a_latch_in_the_middle_of_a_word_shows_its_bits(esp32: VirtualChip) -> None:
     """Sixteen ones, then zeros: half a frame after the clock was connected the chain has the first half alone."""
     sent = Transmitter(esp32)

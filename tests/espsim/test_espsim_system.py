@@ -122,28 +122,30 @@ def test_software_resets_the_chip(registers: Registers, kind: Chip) -> None:
     assert registers.load(RTC[kind] + RESET_STATE[kind]) & 63 == 3
 
 
-RESET_CPU, CPU_WATCHDOG, CPU_SOFTWARE, SOFTWARE = 2, 11, 12, 3
+RESET_CPU, CPU_WATCHDOG, CPU_WATCHDOG_1, CPU_SOFTWARE, SOFTWARE = 2, 11, 17, 12, 3
 
 
 @pytest.mark.parametrize(
     ("cause", "keeps"),
-    [(CPU_SOFTWARE, True), (CPU_WATCHDOG, True), (SOFTWARE, False)],
-    ids=["cpu", "watchdog", "system"],
+    [(CPU_SOFTWARE, True), (CPU_WATCHDOG, True), (CPU_WATCHDOG_1, True), (SOFTWARE, False)],
+    ids=["cpu", "watchdog", "watchdog of group 1", "system"],
 )
 def test_a_reset_of_the_processors_leaves_the_pins(registers: Registers, kind: Chip, cause: int, keeps: bool) -> None:
-    """Technical reference manuals, Reset and Clock: a CPU reset resets the cores alone, so GPIO keeps its levels."""
+    """Technical reference manuals, Reset and Clock: a CPU reset resets the cores alone, so GPIO keeps its levels. The
+    S3 has a number for the watchdog of group 1 (soc/reset_reasons.h), the ESP32 that of group 0."""
     chip = registers.chip
     chip.load(flash_image(kind))
     registers.store(registers.at.gpio + 0x24, 1 << 4)
     registers.store(registers.at.gpio + 0x08, 1 << 4)
-    if cause == CPU_WATCHDOG:
-        start_watchdog(registers, RESET_CPU, 1)
+    if cause in (CPU_WATCHDOG, CPU_WATCHDOG_1):
+        start_watchdog(registers, RESET_CPU, 1, group=int(cause == CPU_WATCHDOG_1))
         registers.wait(MS + 40)
     else:
         registers.store(RTC[kind], 1 << (5 if cause == CPU_SOFTWARE else 31))
         registers.wait(2)
     assert chip.resets[0] == 1 and chip.cpu().pc == ENTRY[kind]
-    assert registers.load(RTC[kind] + RESET_STATE[kind]) & 63 == cause
+    is_shared = cause == CPU_WATCHDOG_1 and kind == Chip.ESP32
+    assert registers.load(RTC[kind] + RESET_STATE[kind]) & 63 == (CPU_WATCHDOG if is_shared else cause)
     assert chip.level(4) == int(keeps)
     registers.wait(MS)
     assert chip.level(4) == int(keeps)

@@ -227,6 +227,27 @@ def test_mcpwm_makes_its_formula(kind: Chip, group: int, prescale: int, counts: 
         assert np.abs(np.array(highs) - (counts - 1 - compare) * count).max() <= 1
 
 
+def test_mcpwm_is_dark_after_its_own_reset(kind: Chip) -> None:
+    """Which ESP-IDF's esp_restart_noos() gives it, a panic too, before it resets the processors."""
+    with VirtualChip(kind) as chip:
+        regs = Registers(chip, kind)
+        mcpwm(regs, kind, 2, 1, 1000, 500)
+        regs.wait(12_000)
+        assert len(levels(chip)) >= 6
+        while chip.level(PIN) == 0:
+            regs.wait(100)
+        resets = {Chip.ESP32: 0x3FF000C4, Chip.ESP32S3: 0x600C0020}[kind]
+        regs.store(resets, 1 << 17)
+        assert regs.load(resets) == 1 << 17 and chip.level(PIN) == 0
+        regs.store(resets, 0)
+        chip.edges()
+        regs.wait(12_000)
+        assert levels(chip) == []
+        mcpwm(regs, kind, 2, 1, 1000, 500)
+        regs.wait(12_000)
+        assert len(levels(chip)) >= 6
+
+
 def test_mcpwm_is_dark_when_the_comparison_is_never_reached(kind: Chip) -> None:
     with VirtualChip(kind) as chip:
         regs = Registers(chip, kind)

@@ -21,6 +21,37 @@ def test_a_message_is_shown(grbl: Grbl, line: str, text: str) -> None:
     assert grbl.send(line + "\n") == f"[MSG:{text}]\r\nok\r\n"
 
 
+@pytest.mark.parametrize(
+    ("line", "text"),
+    [
+        ("(DEBUG,#5220)", "1.000000"),
+        ("(PRINT,x=#<_x>)", "x=2.500000"),
+        ("; print, tool #<_current_tool> at #5420,#5421", "tool 0.000000 at 2.500000,0.000000"),
+        ("(DEBUG,%d#5220 of %.2f#<_x>, %f#1 %lf#2)", "1 of 2.50, -3.2500 7.000000"),
+        ("(DEBUG,%.9f#1)", "-3.250000"),
+        ("(PRINT,#<My Name>|#<myname>)", "4.000000/4.000000"),
+        ("(PRINT,#<unset> #70000 #5001 #99999999999)", "###### ###### ###### ######"),
+        ("(PRINT,100% #x # #0 #<open %.f %.xf)", "100% #x # #0 #<open %.f %.xf"),
+        ("(PRINT,##1)", "#-3.250000"),
+        ("(PRINT,#" + "<" + "n" * 40 + ">)", "#<" + "n" * 40 + ">"),
+        ("(MSG,#5220 %d)", "#5220 %d"),
+        ("M0 (see #5220)", "see #5220"),
+    ],
+)
+def test_values_take_the_place_of_parameters(grbl: Grbl, line: str, text: str) -> None:
+    """In PRINT and DEBUG alone, with six decimals unless a format says otherwise (LinuxCNC, Parameters in special
+    comments); a name that nothing has set is ######."""
+    grbl.send("#1=-3.25 #2=7 #<my name>=4\nG0X2.5\n")
+    grbl.after(1)
+    assert grbl.send(line + "\n").startswith(f"[MSG:{text}]\r\n")
+
+
+def test_a_value_is_that_before_the_line(grbl: Grbl) -> None:
+    """Comments are executed first (LinuxCNC, Order of execution)."""
+    grbl.send("#1=1\n")
+    assert grbl.send("#1=2 (DEBUG,%d#1)\n(DEBUG,%d#1)\n") == "[MSG:1]\r\nok\r\n[MSG:2]\r\nok\r\n"
+
+
 @pytest.mark.parametrize("line", ["(a comment)G0X1", "(MSGS, no)", "(see MSG,)", "(MSG)", "(MSG,)", "G0X1"])
 def test_other_comments_are_not(grbl: Grbl, line: str) -> None:
     assert grbl.send(line + "\n") == "ok\r\n"

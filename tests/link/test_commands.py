@@ -15,6 +15,7 @@ from core_bridge import FAST, Bridge
 from patience import HANG_S
 from wificnc.app import root
 from wificnc.errors import Exit, LinkError, ProtocolError, RefusedError, UserError
+from wificnc.link.client import Client
 from wificnc.link.settings import name_of
 from wificnc.machine import find_machines, load_machine
 
@@ -85,6 +86,26 @@ def test_resume_needs_somebody_to_ask(target: Bridge, tmp_path: Path) -> None:
     assert error.value.exit_code == Exit.USAGE
     assert run("send", str(job), "--from-line", "3", "--yes").exit_code == 0
     assert target.position_steps()[:2] == [1250, 500]
+
+
+def test_a_resume_after_a_restart_is_refused(target: Bridge, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first part reports the controller's start id, the resume compares it: the position is another one now."""
+    job = tmp_path / "job.nc"
+    job.write_text("G21\nG0 X1 Y2\nG1 X5\n")
+    monkeypatch.setattr(Client, "start_id", lambda client: "0000ABCD")
+    first = run("send", str(job))
+    assert "--start-id 0000ABCD" in first.stderr
+    job.write_text("G21\nG0 X1 Y2\nG0 X5\n")
+    resume = ("send", str(job), "--from-line", "3", "--yes")
+    before = target.position_steps()
+    for found in ("0000ABCF", ""):
+        monkeypatch.setattr(Client, "start_id", lambda client, found=found: found)
+        with pytest.raises(UserError, match="restarted since the first part") as error:
+            run(*resume, "--start-id", "0000ABCD")
+        assert error.value.hint and "home it" in error.value.hint and target.position_steps() == before
+    monkeypatch.setattr(Client, "start_id", lambda client: "0000ABCD")
+    assert "--start-id" in run(*resume).stderr  # not compared, which is said
+    assert "start-id" not in run(*resume, "--start-id", "0000abcd").stderr
 
 
 def test_settings(target: Bridge, tmp_path: Path) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from wificnc.commands.send import job_program
 from wificnc.errors import JobError, UserError
 from wificnc.job.program import longest_line, read_program, ready, words_of
 from wificnc.link.typed import typed_line
@@ -112,6 +113,13 @@ def test_a_typed_line_keeps_its_blanks() -> None:
 def test_a_typed_text_of_a_tool_with_a_command_is_refused() -> None:
     with pytest.raises(UserError, match="feed hold"):
         typed_line("G10 L1 P2 Z1 (6 mm!)")
+
+
+def test_messages_of_a_program_with_o_words_ask_for_no_values() -> None:
+    """The controller has none of its parameters: it would show others."""
+    text = b"#1=5\no1 repeat [2]\nG0X1 (PRINT,x=#1)\no1 endrepeat\nG0X2 ; debug, #<_x>\nG0X3 (MSG,#1)\n"
+    comments = [line.comment for line in job_program("job.nc", text, 1000).lines if line.comment]
+    assert comments == [b"(MSG,x=#1)", b"(MSG,x=#1)", b"(MSG, #<_x>)", b"(MSG,#1)"]
 
 
 def test_a_line_with_a_message_alone_is_sent() -> None:

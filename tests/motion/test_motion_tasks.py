@@ -72,6 +72,12 @@ DENSE = {
     "settings that are read": "$G\n" * 400,
     "micro moves": "".join(f"G1X{n * 0.005:.3f}Y{n % 2 * 0.003:.3f}F12000\n" for n in range(1200)),
     "short arcs": "".join(f"G2X{n * 0.02:.2f}I0.01F12000\n" for n in range(1, 400)),
+    "a restarted ESP32's micro moves": "G1F12000\n" + "".join(f"X{n * 0.005:.3f}\n" for n in range(1, 3784)),
+    "a restarted ESP32's empty lines": "\n" * 13_715,
+    "messages": "(DEBUG,x=#<_x>)\n" * 1000,
+    "computed lines": "".join(f"G1X[{n}*0.01+SIN[0]]F6000\n" for n in range(1, 500)),
+    "lists of settings": "$$\n" * 20,
+    "stored settings": "".join(f"$110={1000 + n}\n" for n in range(50)),
     "outputs between moves": "".join(f"G1X{n * 0.05:.2f}F12000\nM8\nM9\n" for n in range(200)),
 }
 

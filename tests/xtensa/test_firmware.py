@@ -32,7 +32,17 @@ from xtensa.headers import (
     small_headers,
     with_pins,
 )
-from xtensa.isr import STEP, VECTOR, Program, firmware_in_ram, in_flash, interrupt_program, step_interrupt, violations
+from xtensa.isr import (
+    STEP,
+    VECTOR,
+    Program,
+    firmware_in_ram,
+    in_flash,
+    interrupt_program,
+    panic_violations,
+    step_interrupt,
+    violations,
+)
 from xtensa.stack import RESERVE, Stacks, task_stacks
 from xtensa.toolchain import NoToolchainError, Toolchain, find_toolchain
 
@@ -82,6 +92,14 @@ def shift_program_of(chip: str) -> Program:
 @pytest.mark.parametrize("chip", CHIPS)
 def test_every_file_compiles_and_interrupts_keep_their_rules(tools: Toolchain, chip: str) -> None:
     assert violations(program_of(chip), firmware_in_ram(ROOT)) == []
+
+
+@pytest.mark.parametrize("chip", CHIPS)
+def test_a_panic_needs_nothing_from_flash(tools: Toolchain, chip: str) -> None:
+    """By pins, and by shift registers, whose words have to leave."""
+    in_ram = firmware_in_ram(ROOT)
+    assert panic_violations(program_of(chip), in_ram) == []
+    assert panic_violations(shift_program_of(chip), in_ram) == []
 
 
 @pytest.mark.parametrize("chip", CHIPS)

@@ -3,7 +3,16 @@
 from __future__ import annotations
 
 import pytest
-from xtensa.isr import STEP, Program, in_flash, longest_path, placed_in_ram, violations
+from xtensa.isr import (
+    PANIC_CALLS,
+    STEP,
+    Program,
+    in_flash,
+    longest_path,
+    panic_violations,
+    placed_in_ram,
+    violations,
+)
 
 
 def read(*functions: str, file: str = "targets/esp32/x.c") -> Program:
@@ -145,3 +154,22 @@ def test_what_a_round_of_the_motion_task_takes_from_flash_is_noticed() -> None:
     assert in_flash(program, ["core:x:placed"], "round", ["rare"]) == ["core/x.c: work() lies in flash (.text.work)"]
     assert in_flash(program, ["core:x"], "round", ()) == []
     assert in_flash(program, ["core:x"], "other", ()) == ["there is no other()"]
+
+
+def panic(*others: str) -> list[str]:
+    calls = ";".join(f"call8\t{name}" for name in (*PANIC_CALLS, "callee"))
+    table = "\t.type\ttable,@object\n\t.section\t.rodata.table\ntable:\n"
+    root = function("panic", f"entry\ta1, 32;{calls};retw.n")
+    return panic_violations(read(table, root, *others), (), ["panic"])
+
+
+def test_a_panic_calls_and_reads_nothing_in_flash() -> None:
+    assert panic(function("callee", "entry\ta1, 32;retw.n")) == []
+    assert panic(function("callee", "entry\ta1, 32;retw.n", ".text.callee")) == [
+        "targets/esp32/x.c: callee() lies in flash (.text.callee)"
+    ]
+    assert panic() == ["targets/esp32/x.c: panic() calls callee, which is not allowed"]
+    literals = "\t.literal .LCPI0_0, table\n"
+    reader = function("callee", "entry\ta1, 32;l32r\ta8, .LCPI0_0;retw.n", literals=literals)
+    assert panic(reader) == ["targets/esp32/x.c: callee() reads table in flash"]
+    assert panic_violations(read(), (), ["panic"]) == ["there is no panic()"]

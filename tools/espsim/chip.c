@@ -76,7 +76,7 @@ uint32_t chip_ccount(const struct esp *esp) {
 /* Causes as the boot ROM numbers them: a timer group's watchdog, software, the RTC's watchdog, core 0. The
  * manuals' chapter Reset and Clock: CPU reset; docs/espsim.md has the table. */
 bool chip_keeps_outputs(const struct esp *esp) {
-    return esp->reset_cause >= 11 && esp->reset_cause <= 14;
+    return (esp->reset_cause >= 11 && esp->reset_cause <= 14) || esp->reset_cause == CAUSE_CPU_BY_GROUP_1;
 }
 
 /* All parts as after a reset. */

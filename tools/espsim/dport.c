@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
- * Switches of the whole chip: the caches' (ESP32: DPORT, S3: EXTMEM), and registers that only keep what is
- * written: clocks, resets and pads of peripherals, which are always on here. */
+ * Switches of the whole chip: the caches' (ESP32: DPORT, S3: EXTMEM), resets of those peripherals with
+ * outputs that ESP-IDF resets before a restart, and registers that only keep what is written: clocks and pads
+ * of peripherals, which are always on here. */
 #include "esp.h"
 
 #include <string.h>
@@ -116,7 +117,32 @@ static uint32_t state_load(struct esp *esp, uint32_t offset) {
     return BOTH_IDLE;
 }
 
+/* ---- resets of peripherals: DPORT_PERIP_RST_EN, SYSTEM_PERIP_RST_EN0 ---- */
+
+enum { RESET_I2S0 = 1 << 4, RESET_MCPWM0 = 1 << 17 };
+static const uint32_t resets_at[2] = {0x3FF000C4, 0x600C0020};
+
+static uint32_t resets_load(struct esp *esp, uint32_t offset) {
+    (void)offset;
+    return esp->held_in_reset;
+}
+
+static void resets_store(struct esp *esp, uint32_t offset, uint32_t value) {
+    (void)offset;
+    const uint32_t begin = value & ~esp->held_in_reset;
+    esp->held_in_reset = value;
+    if ((begin & RESET_I2S0) != 0 && esp->chip == ES_ESP32) {
+        i2s_sync(esp);
+        i2s_reset(esp);
+    }
+    if ((begin & RESET_MCPWM0) != 0)
+        mcpwm_reset(esp);
+    chip_look(esp);
+}
+
 void dport_create(struct esp *esp) {
+    esp->held_in_reset = 0;
+    bus_add(esp, &(struct block){"resets", resets_at[esp->chip], 4, resets_load, resets_store, NULL});
     if (esp->chip == ES_ESP32) {
         bus_add(esp, &(struct block){"cache", 0x3FF00040, 4, cache_load, cache_store, NULL});
         bus_add(esp, &(struct block){"cache", 0x3FF00058, 4, app_cache_load, app_cache_store, NULL});

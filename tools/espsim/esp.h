@@ -328,6 +328,7 @@ struct esp {
     bool timed;                    /* es_timing() */
     unsigned taken;                /* TAKEN, or 0 */
     uint64_t flash_free, bus_free; /* no line comes; no core accesses a register */
+    uint32_t held_in_reset;        /* peripherals */
     uint32_t cache_control[CORES], kept[KEPT][KEPT_WORDS];
 
     struct shift shift;
@@ -473,8 +474,8 @@ void dport_cache(struct esp *esp, unsigned core, bool on); /* of the ESP32 */
 /* load.c, boot.c */
 extern const char *const chip_names[];
 bool image_read(struct esp *esp, const uint8_t *bytes, size_t size, struct image *image);
-enum { CAUSE_POWER_ON = 1 };      /* of a reset */
-bool boot_again(struct esp *esp); /* after a reset */
+enum { CAUSE_POWER_ON = 1, CAUSE_CPU_BY_GROUP_1 = 17 }; /* of a reset; the latter of the S3 */
+bool boot_again(struct esp *esp);                       /* after a reset */
 bool boot_is_merged(const uint8_t *bytes, size_t size);
 bool boot_load_merged(struct esp *esp, const uint8_t *bytes, size_t size);
 size_t boot_flash_size(const uint8_t *header);
@@ -521,6 +522,7 @@ void shift_bits(struct esp *esp, uint32_t bits, unsigned count);
 void shift_show(struct esp *esp, uint64_t cycle); /* the latch rises */
 /* i2s.c, rmt.c, ledc.c, mcpwm.c, pcnt.c */
 void i2s_create(struct esp *esp);
+void i2s_reset(struct esp *esp); /* by its bit of DPORT, as by that of the chip */
 void i2s_sync(struct esp *esp);
 uint64_t i2s_next(const struct esp *esp);
 void rmt_create(struct esp *esp);
@@ -528,6 +530,7 @@ void rmt_event(struct esp *esp);
 void ledc_create(struct esp *esp);
 void ledc_event(struct esp *esp);
 void mcpwm_create(struct esp *esp);
+void mcpwm_reset(struct esp *esp); /* the same */
 void mcpwm_event(struct esp *esp);
 void pcnt_create(struct esp *esp);
 void pcnt_pins(struct esp *esp, uint64_t cycle);

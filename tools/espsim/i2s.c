@@ -199,11 +199,14 @@ static uint32_t load(struct esp *esp, uint32_t offset) {
     return offset == FIFO_WRITE || offset == CLEAR ? 0 : *word_at(i2s, offset);
 }
 
+void i2s_reset(struct esp *esp) {
+    memset(&esp->i2s, 0, sizeof esp->i2s);
+    *word_at(&esp->i2s, FIFO_CONF) = FIFO_BY_DMA;
+}
+
 void i2s_create(struct esp *esp) {
-    if (!chip_keeps_outputs(esp)) {
-        memset(&esp->i2s, 0, sizeof esp->i2s);
-        *word_at(&esp->i2s, FIFO_CONF) = FIFO_BY_DMA;
-    }
+    if (!chip_keeps_outputs(esp))
+        i2s_reset(esp);
     if (esp->chip != ES_ESP32)
         return;
     bus_add(esp, &(struct block){"I2S0", 0x3FF4F000, 0x100, load, store, NULL});

@@ -265,7 +265,7 @@ static uint32_t load(struct esp *esp, uint32_t offset) {
     return t->runs ? (uint32_t)((now_of(esp) - t->began) / t->tick) : t->count;
 }
 
-static void reset(struct esp *esp) {
+void mcpwm_reset(struct esp *esp) {
     struct mcpwm *m = &esp->mcpwm;
     memset(m, 0, sizeof *m);
     m->due = NEVER;
@@ -275,11 +275,13 @@ static void reset(struct esp *esp) {
         *operator_word(m, i, O_DEAD_TIME) = BYPASSES;
     }
     m->word[UPDATE] = 0x55;
+    for (unsigned output = 0; output < 2 * MCPWM_TIMERS; output++)
+        show(esp, now_of(esp), output / 2, output % 2);
 }
 
 void mcpwm_create(struct esp *esp) {
     if (!chip_keeps_outputs(esp))
-        reset(esp);
+        mcpwm_reset(esp);
     bus_add(esp, &(struct block){"MCPWM0", esp->chip == ES_ESP32 ? 0x3FF5E000 : 0x6001E000,
                                  sizeof esp->mcpwm.word, load, store, NULL});
     gpio_has_signals(esp, esp->chip == ES_ESP32 ? 32 : 160, 2 * MCPWM_TIMERS);

@@ -7,7 +7,8 @@
 #include <string.h>
 
 uint32_t rom_reset_reason(const struct esp *esp, uint32_t core) {
-    const bool is_cpu = esp->reset_cause == 12; /* of core 0: it has reset the other one, too */
+    /* Core 0 has reset the other one, too; the S3 has no number for that (soc/reset_reasons.h). */
+    const bool is_cpu = esp->reset_cause == 12 && esp->chip == ES_ESP32;
     return core == 1 && is_cpu ? 14 : esp->reset_cause;
 }
 

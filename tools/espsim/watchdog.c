@@ -85,6 +85,11 @@ static const unsigned causes[WATCHDOGS][5] = {{0, 0, 11, 7, 7}, {0, 0, 11, 8, 8}
 static const char *const names[WATCHDOGS] = {"watchdog of timer group 0", "watchdog of timer group 1",
                                              "RTC watchdog"};
 
+static unsigned cause_of(const struct esp *esp, unsigned number, enum action action) {
+    const bool is_group_1_of_s3 = number == 1 && action == ACTION_RESET_CPU && esp->chip == ES_ESP32S3;
+    return is_group_1_of_s3 ? CAUSE_CPU_BY_GROUP_1 : causes[number][action];
+}
+
 static void bite(struct esp *esp, unsigned number) {
     struct watchdog *dog = &esp->watchdog[number];
     const enum action action = action_of(esp, dog);
@@ -94,7 +99,7 @@ static void bite(struct esp *esp, unsigned number) {
     if (action == ACTION_INTERRUPT && number != WATCHDOG_RTC)
         timers_watchdog(esp, number);
     else if (action >= ACTION_RESET_CPU)
-        chip_reset(esp, causes[number][action], names[number]);
+        chip_reset(esp, cause_of(esp, number, action), names[number]);
 }
 
 void watchdogs_event(struct esp *esp) {

@@ -35,7 +35,7 @@ from xtensa.headers import (
     with_pins,
     without_effect,
 )
-from xtensa.isr import STEP, firmware_in_ram, interrupt_program, step_interrupt, violations
+from xtensa.isr import STEP, firmware_in_ram, interrupt_program, panic_violations, step_interrupt, violations
 from xtensa.stack import task_stacks
 from xtensa.toolchain import NoToolchainError, Toolchain, find_toolchain
 
@@ -110,7 +110,7 @@ def _report_engine(tools: Toolchain, chip: str, idf: Path | None, board: Board, 
     if bad:
         return len(bad)
     program = interrupt_program(ROOT, folder, sources)
-    problems = violations(program, firmware_in_ram(ROOT), [STEP])
+    problems = violations(program, firmware_in_ram(ROOT), [STEP]) + panic_violations(program, firmware_in_ram(ROOT))
     print("\n".join(problems) or f"with pulses by the {engine}: the same rules are kept")
     print(
         "step interrupt, instructions:", ", ".join(f"{n} {what}" for what, n in step_interrupt(program, ROOT).items())
@@ -121,8 +121,11 @@ def _report_engine(tools: Toolchain, chip: str, idf: Path | None, board: Board, 
 def _report_interrupts(output: Path) -> int:
     """@return how many rules are broken."""
     program = interrupt_program(ROOT, output, firmware_sources(ROOT))
-    problems = violations(program, firmware_in_ram(ROOT))
-    print("\n".join(problems) or "interrupt handlers: all in RAM, no call outside the list, no float, no division")
+    problems = violations(program, firmware_in_ram(ROOT)) + panic_violations(program, firmware_in_ram(ROOT))
+    print(
+        "\n".join(problems)
+        or "interrupt handlers and panics: all in RAM, no call outside the list, no float, no division"
+    )
     print(
         "step interrupt, instructions:", ", ".join(f"{n} {what}" for what, n in step_interrupt(program, ROOT).items())
     )

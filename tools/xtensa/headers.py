@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 from dataclasses import dataclass, replace
@@ -154,7 +155,8 @@ def without_effect(root: Path, chip: str, kind: Kind, sdkconfig: str) -> list[st
     """Lines of our sdkconfig files that the configuration made of them does not have: an option that this ESP-IDF
     does not know, has renamed, or whose condition is not met."""
     has = set(sdkconfig.splitlines())
-    return [line for line in configuration_lines(root, chip, kind) if line not in has]
+    lines = configuration_lines(root, chip, kind)
+    return [line for line in lines if re.sub(r"^(CONFIG_\w+)=n$", r"# \1 is not set", line) not in has]
 
 
 def _kconfig_environment(idf: Path, chip: str, output: Path) -> dict[str, str]:

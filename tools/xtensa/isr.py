@@ -28,6 +28,17 @@ SELDOM = ("next_span", "put_probing_event", "step_alarm_wraps")
 # the longest path: memcpy of a span's 72 bytes by words.
 ALLOWED_CALLS = {"memcpy": 60, "memset": 60, "esp_timer_get_time": 60}
 
+# What ESP-IDF's panic handler calls first, by --wrap, and a restart by software (main/panic.c).
+PANIC = ("__wrap_esp_panic_handler", "switch_off")
+
+# Of ESP-IDF, in that path: in the chip's ROM; in IRAM by CONFIG_ESP_SYSTEM_IN_IRAM (its default) and by
+# CONFIG_GPIO_CTRL_FUNC_IN_IRAM; and its own handler, when the outputs are off.
+PANIC_CALLS = (
+    *("memcpy", "memset", "esp_rom_gpio_connect_out_signal", "esp_rom_delay_us"),
+    *("esp_backtrace_get_next_frame", "gpio_set_level"),
+    "__real_esp_panic_handler",
+)
+
 # What the vector does not save, and so what it calls must not touch: the window, loop registers, the accumulator.
 UNSAVED = re.compile(r"^(entry|retw(\.n)?|callx?(4|8|12)|movsp|rotw|loop\w*|mul[as]\b.*|mul[as]\.\S+|umul\.\S+)$")
 FLOAT = re.compile(r"^(\w+\.s|lsi|ssi|lsx|ssx|rfr|wfr)$")
@@ -238,6 +249,17 @@ def violations(program: Program, in_ram: Iterable[str], roots: Iterable[str] = R
         faults = _faults(program, name, placed, allowed)
         if name in of_step:
             faults += _faults_above_windows(program, name)
+        problems += [f"{program.functions[name].file}: {name}() {what}" for what in faults]
+    return problems
+
+
+def panic_violations(program: Program, in_ram: Iterable[str], roots: Iterable[str] = PANIC) -> list[str]:
+    """What the way of a panic needs from flash, whose cache may be off or broken then.
+    @param in_ram  placed_in_ram() of every linker.lf"""
+    placed = set(in_ram)
+    problems = [f"there is no {root}()" for root in roots if root not in program.functions]
+    for name in sorted(reachable(program, roots)):
+        faults = _faults(program, name, placed, PANIC_CALLS)
         problems += [f"{program.functions[name].file}: {name}() {what}" for what in faults]
     return problems
 

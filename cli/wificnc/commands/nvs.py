@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
 import rich_click as click
 from rich.table import Table
 
 from wificnc import ui
+from wificnc.board.model import Board
 from wificnc.checked.bounded import IMAGE_MAX, read_bytes
 from wificnc.commands._output import OutputFile
 from wificnc.commands._port import connected, port_option, progress_bars
@@ -15,11 +17,11 @@ from wificnc.commands._secret import ASKED, Secret
 from wificnc.commands._target import json_option
 from wificnc.commands.flash import esp32_board, esp32_partitions
 from wificnc.errors import Exit, FlashError, UserError
-from wificnc.flash.plan import Region
+from wificnc.flash.plan import Chip, Region, check_model
 from wificnc.machine import load_machine
 from wificnc.machine.fit import check_fit
 from wificnc.nvs.build import build_image
-from wificnc.nvs.fit import check_pins
+from wificnc.nvs.fit import check_chip_pins, check_pins
 from wificnc.nvs.image import Entry, NvsImage, read_image
 from wificnc.nvs.values import (
     differences,
@@ -117,10 +119,12 @@ def read(file: Path | None, port: str | None, output: Path | None, show_secrets:
 @command.command("flash")
 @click.argument("file", type=click.Path(path_type=Path, dir_okay=False, exists=True))
 @port_option
+@click.option("--board", "board_ref", metavar="BOARD", help="Refuse pins and a chip that are not this board's.")
 @click.option("--dry-run", is_flag=True, help="Check the file and print what would be written.")
 @json_option
-def flash(file: Path, port: str | None, dry_run: bool, as_json: bool) -> None:
-    """Write an image to the board. It replaces everything stored there."""
+def flash(file: Path, port: str | None, board_ref: str | None, dry_run: bool, as_json: bool) -> None:
+    """Write an image to the board. It replaces everything stored there. Pins that its chip does not have are refused
+    before anything is written."""
     data = read_bytes(file, IMAGE_MAX)
     image = read_image(data)
     warn_of_damage(image)
@@ -129,8 +133,11 @@ def flash(file: Path, port: str | None, dry_run: bool, as_json: bool) -> None:
     partition = esp32_partitions()["nvs"]
     if len(data) != partition.size:
         raise FlashError(f"{file} has {len(data):,} bytes, the board's storage {partition.size:,}")
+    board = esp32_board(board_ref) if board_ref is not None else None
+    if board is not None:
+        check_pins(board, [*image.entries.values()])
     if not dry_run:
-        write_board(port, data)
+        write_board(port, data, lambda chip: check_chip_of(chip, board, image))
     if as_json:
         facts = {"offset": partition.offset, "size": len(data), "keys": len(image.entries)}
         ui.emit_json({"file": str(file), **facts, "written": not dry_run})
@@ -173,10 +180,18 @@ def read_board(port: str | None) -> bytes:
     return data
 
 
-def write_board(port: str | None, data: bytes) -> None:
-    """Write the NVS partition and read it back."""
+def check_chip_of(chip: Chip, board: Board | None, image: NvsImage) -> None:
+    """Raises FlashError: the image is for another chip, or the board has another one."""
+    if board is not None:
+        check_model(chip, board)
+    check_chip_pins(chip.name, [*image.entries.values()])
+
+
+def write_board(port: str | None, data: bytes, check: Callable[[Chip], None] = lambda chip: None) -> None:
+    """Write the NVS partition and read it back. @param check  raises when the image is not for this chip"""
     region = Region("settings", esp32_partitions()["nvs"].offset, data)
     with connected(port) as device:
+        check(device.identify())
         with progress_bars() as show:
             device.write([region], 115200, show)
         device.verify([region])

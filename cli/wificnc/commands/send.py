@@ -19,7 +19,7 @@ from wificnc.commands._target import controller_option, json_option, position_js
 from wificnc.errors import BuildError, Exit, JobError, UserError
 from wificnc.job.estimate import Estimate
 from wificnc.job.expand import Start, expand, load_expand, needs_expansion
-from wificnc.job.fate import fate_lines, restart_words, wanted_line
+from wificnc.job.fate import RESUMABLE, fate_lines, restart_words, wanted_line
 from wificnc.job.native import load_rebuild
 from wificnc.job.program import JobLine, Program, expanded_program, longest_line, read_program, ready
 from wificnc.job.resume import Approach, MachineFacts, Resume, plan_resume
@@ -40,6 +40,7 @@ class SendOptions:
 
     file: Path
     from_line: int | None
+    start_id: str | None
     approach: Approach
     yes: bool
     keep_going: bool
@@ -56,6 +57,8 @@ class SendOptions:
     metavar="N",
     help="Resume at line N, with the modes of the lines before it.",
 )
+@click.option("--start-id", metavar="ID",
+              help="Resume: of the first part's report; refuse if the controller has restarted since.")  # fmt: skip
 @click.option("--safe-z", type=float, metavar="MM", help="Resume: height at which X and Y move, in work coordinates.")
 @click.option("--spindle-wait", type=click.FloatRange(min=0), default=4.0, show_default=True, metavar="S",
               help="Resume: time for the spindle to reach its speed, in seconds.")  # fmt: skip
@@ -70,9 +73,9 @@ class SendOptions:
 @json_option
 @click.pass_context
 def command(
-    ctx: click.Context, file: Path, target: Target, from_line: int | None, safe_z: float | None, spindle_wait: float,
-    plunge_feed: float, yes: bool, keep_going: bool, dry_run: bool, number: bool, max_lines: int,
-    as_json: bool,
+    ctx: click.Context, file: Path, target: Target, from_line: int | None, start_id: str | None,
+    safe_z: float | None, spindle_wait: float, plunge_feed: float, yes: bool, keep_going: bool, dry_run: bool,
+    number: bool, max_lines: int, as_json: bool,
 ) -> None:  # fmt: skip
     """Stream a G-code FILE to a controller.
 
@@ -80,7 +83,7 @@ def command(
     and asks; a second one resets immediately.
     """
     approach = Approach(safe_z, spindle_wait, plunge_feed)
-    options = SendOptions(file, from_line, approach, yes, keep_going, dry_run, number)
+    options = SendOptions(file, from_line, start_id, approach, yes, keep_going, dry_run, number)
     program = job_program(file.name, read_job(file), max_lines)
     check_resume(program, from_line)
     show_ending(file.name, program)
@@ -131,6 +134,9 @@ def send(client: Client, program: Program, options: SendOptions) -> tuple[Outcom
     client.synchronise()
     built = client.options()
     settings = client.settings()
+    start_id = client.start_id()
+    if options.from_line:
+        check_same_start(options.start_id, start_id)
     facts = machine_facts(client, settings)
     lines, preamble = program.lines, 0
     if options.from_line:
@@ -144,7 +150,23 @@ def send(client: Client, program: Program, options: SendOptions) -> tuple[Outcom
         run = RunOptions(built, options.keep_going or options.dry_run, options.dry_run, times, can_number, preamble)
         with Keyboard() as keys, JobDisplay(options.file.name) as display:
             outcome = JobRun(client, ready(lines, can_number, longest), display, keys, run).run()
-    return outcome, restart_hint(program, outcome, facts, options)
+    restart = restart_hint(program, outcome, facts, options)
+    if start_id and RESUMABLE in restart:
+        restart += f" Add --start-id {start_id}: then `send` refuses if the controller has restarted."
+    return outcome, restart
+
+
+def check_same_start(wanted: str | None, found: str) -> None:
+    """Raises JobError: the controller has restarted since the first part of the job, so its position is another."""
+    if wanted is None:
+        if found:
+            ui.warn("without --start-id a restart of the controller since the first part is not noticed")
+    elif wanted.upper() != found.upper():
+        raise JobError(
+            f"the controller has restarted since the first part of the job (start id {found or 'none'}, not {wanted}): "
+            "its position is lost",
+            hint="home it or set the zero of the work again, then resume without --start-id",
+        )
 
 
 def restart_hint(program: Program, outcome: Outcome, facts: MachineFacts, options: SendOptions) -> str:

@@ -166,11 +166,7 @@ def image_flash_mb(bootloader: bytes) -> int:
 
 def check_chip(chip: Chip, board: Board, regions: list[Region], partitions: dict[str, Partition]) -> list[str]:
     """Before anything is written: whether this chip is the board's. @return warnings. Raises FlashError."""
-    if chip.name != board.chip:
-        raise FlashError(
-            f"this is an {chip.title}, and {board.id} has an {board.pins.name}",
-            hint="`wificnc boards` lists the boards; is another board connected, too?",
-        )
+    check_model(chip, board)
     bootloader = next((region.data for region in regions if region.name == BOOTLOADER), None)
     needed_mb = max(flash_needed_mb(partitions), image_flash_mb(bootloader) if bootloader else 0)
     if chip.flash_mb < needed_mb:
@@ -179,6 +175,15 @@ def check_chip(chip: Chip, board: Board, regions: list[Region], partitions: dict
         if region.end > chip.flash_mb * (1 << 20):
             raise FlashError(f"{region.name} ends at {region.end / (1 << 20):.1f} MB, beyond {chip.flash_mb:g} MB")
     return _check_memory(chip, board)
+
+
+def check_model(chip: Chip, board: Board) -> None:
+    """Raises FlashError: another one than the board's."""
+    if chip.name != board.chip:
+        raise FlashError(
+            f"this is an {chip.title}, and {board.id} has an {board.pins.name}",
+            hint="`wificnc boards` lists the boards; is another board connected, too?",
+        )
 
 
 def _check_memory(chip: Chip, board: Board) -> list[str]:

@@ -15,6 +15,11 @@ NUMBER = re.compile(rb"(?:N[0-9]+)?[O:][0-9]+")
 MARK = re.compile(rb"%.*|" + PERCENT.pattern + rb"|" + NUMBER.pattern, re.DOTALL)
 NAME = re.compile(rb"<[^>]*>?")
 EXPRESSION = re.compile(rb"\[[^][]*\]?")
+BRACKET = re.compile(rb"\[([^][]*)\]")  # without another one in it
+TERM = rb"[-+]*(?:[0-9]+\.?[0-9]*|\.[0-9]+)"
+SUM = re.compile(rb"(" + TERM + rb")((?:[-+*/]" + TERM + rb")*)")
+NEXT_TERM = re.compile(rb"([-+*/])(" + TERM + rb")")
+COMPUTED_CODE = re.compile(rb"M\+?(\[.*)")
 END_CODE = re.compile(rb"M\+?0*(?:2|30)(?:\.0*)?(?![0-9.])")
 
 
@@ -82,10 +87,46 @@ class Ending:
 
 
 def has_end_code(code: bytes) -> bool:
-    """M2 or M30, however it is written; an expression in place of the number is not computed."""
+    """M2 or M30, however it is written, also as M[1+1]; what parameters and functions make is not known by reading."""
     if code.startswith(b"$"):
         return False
     code = NAME.sub(b"", code)
+    if any(_value_at(found[1]) in (2, 30) for found in COMPUTED_CODE.finditer(code)):
+        return True
     while b"[" in code:
         code = EXPRESSION.sub(b"", code)
     return END_CODE.search(code) is not None
+
+
+def _value_at(text: bytes) -> float | None:
+    """Of the bracket that the text begins with: numbers with + - * / between them; None: anything else."""
+    while bracket := BRACKET.search(text):
+        value = _sum(bracket[1])
+        if value is None or bracket.start() == 0:
+            return value
+        text = text[: bracket.start()] + b"%.15f" % value + text[bracket.end() :]
+    return None
+
+
+def _sum(text: bytes) -> float | None:
+    found = SUM.fullmatch(text)
+    if not found:
+        return None
+    terms = [_number(found[1])]
+    for operator, term in NEXT_TERM.findall(found[2]):
+        value = _number(term)
+        if operator in b"+-":
+            terms.append(value if operator == b"+" else -value)
+        elif operator == b"*":
+            terms[-1] *= value
+        elif value:
+            terms[-1] /= value
+        else:
+            return None
+    return sum(terms)
+
+
+def _number(text: bytes) -> float:
+    """With any signs before it."""
+    size = float(text.lstrip(b"+-"))
+    return -size if text.count(b"-") % 2 else size

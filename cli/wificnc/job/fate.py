@@ -9,6 +9,7 @@ from wificnc.job.resume import Approach, MachineFacts, nearest_resume
 from wificnc.job.run import End, Outcome
 
 EXPAND_FIRST = "To resume later: `wificnc expand FILE -o OUT` writes plain lines, and a job of those can be resumed."
+RESUMABLE = "To resume later: --from-line"
 
 
 def fate_lines(outcome: Outcome, restart: str = "") -> list[str]:
@@ -39,14 +40,14 @@ def restart_words(
         return EXPAND_FIRST
     found = nearest_resume(library, program, wanted, facts, approach)
     if found.line == wanted:
-        return f"To resume later: --from-line {wanted}, or an earlier line with a safe approach."
+        return f"{RESUMABLE} {wanted}, or an earlier line with a safe approach."
     why_not = f"Line {wanted} cannot be resumed: {found.why_not}."
     if found.line is None or found.at_begin:
         return (
             "--from-line cannot resume this job; send it from the beginning, with the axes at its start position."
             f" {why_not}"
         )
-    return f"To resume later: --from-line {found.line}. {why_not}"
+    return f"{RESUMABLE} {found.line}. {why_not}"
 
 
 def _acknowledged(outcome: Outcome) -> str:

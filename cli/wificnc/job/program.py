@@ -27,6 +27,7 @@ NOT_IN_A_JOB = {
     b"$SLP": "after $SLP the controller sleeps until a reset and reads no line",
     b"$RST=": "$RST= restores defaults and resets the controller",
 }
+WITH_VALUES = re.compile(rb"\A\(\s*(?:PRINT|DEBUG),", re.IGNORECASE)
 LONGEST_CODE = 79  # characters that every controller takes
 LONGEST_LINE = 256  # ... that ours take (core/config.h), and others with a large receive buffer
 LARGE_RX_BYTES = 1000
@@ -216,6 +217,7 @@ def expanded_comments(name: str, data: bytes, text: bytes, numbers: Sequence[int
     for number, code in zip(numbers, text.splitlines(), strict=True):
         raw = raw_lines[number - 1]
         comment = kept_comment(raw.decode("utf-8", "replace"), code_of(code).decode("ascii")).encode("ascii", "replace")
+        comment = WITH_VALUES.sub(b"(MSG,", comment)  # the controller's parameters are not those of the program
         if fault := _comment_fault(code, comment):
             raise JobError(f"{name}:{number}: {fault}: {printable(raw)}")
         comments.append(comment)

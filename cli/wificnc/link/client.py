@@ -371,6 +371,11 @@ class Client:
         bodies = self.command("$I").brackets("OPT")
         return parse_options(bodies[-1]) if bodies else None
 
+    def start_id(self) -> str:
+        """[START:…] of $I, which each start of the controller has another one of; "" when it does not tell."""
+        bodies = self.command("$I").brackets("START")
+        return bodies[-1] if bodies else ""
+
     def settings(self) -> dict[int, str]:
         """All settings as $$ prints them. Raises RefusedError."""
         return {

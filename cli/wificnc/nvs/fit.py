@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 
-from wificnc.board.chip import is_shifted
+from wificnc.board.chip import is_shifted, load_chips
 from wificnc.board.model import Board, Use
 from wificnc.board.pin_keys import PinKey, pin_keys, unwired
 from wificnc.board.rules import pin_findings
-from wificnc.errors import BoardError
+from wificnc.errors import BoardError, FlashError
 from wificnc.nvs.image import Entry
 from wificnc.protocol.nvs import PIN_NONE, load_nvs
+
+CHANNEL_PIN = re.compile(r"io_p\d+")  # of an I/O module
+GPIO_COUNT = 64  # from here on: outputs of shift registers, no pin
 
 
 def check_pins(board: Board, entries: Sequence[Entry]) -> None:
@@ -29,6 +33,30 @@ def check_pins(board: Board, entries: Sequence[Entry]) -> None:
     if problems:
         hint = f"`wificnc boards show {board.id}` shows its pins; leave the key out, and the signal stays where it is"
         raise BoardError("\n".join(problems), hint)
+
+
+def check_chip_pins(chip: str, entries: Sequence[Entry]) -> None:
+    """Raises FlashError: stored pins that no board with this chip has, so the image was made for another chip."""
+    pins = load_chips().get(("esp32", chip))
+    if pins is None:
+        raise FlashError(f"WiFiCNC does not run on an {chip}; nothing was written")
+    moved = {row.key for row in load_nvs().pin}
+    by_number = {pin.number: pin for name, pin in pins.pin.items() if not is_shifted(name)}
+    problems = []
+    places = {
+        entry.key: int(entry.value) for entry in entries if entry.key in moved or CHANNEL_PIN.fullmatch(entry.key)
+    }
+    for key, gpio in places.items():
+        pin = by_number.get(gpio)
+        if gpio < GPIO_COUNT and pin is None:
+            problems.append(f"{key}={gpio}: the {pins.name} has no GPIO{gpio}")
+        elif pin is not None and pin.taken and not pin.taken.memory:
+            problems.append(f"{key}={gpio}: GPIO{gpio} of the {pins.name} is taken by {pin.taken.by}")
+    if problems:
+        raise FlashError(
+            "\n".join([*problems, "the image is for another chip and was not written"]),
+            hint="make it for this board: `wificnc nvs build MACHINE --board BOARD`",
+        )
 
 
 def _misfit(board: Board, signal: str, key: PinKey, gpio: int) -> str:

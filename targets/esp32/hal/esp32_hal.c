@@ -29,10 +29,7 @@ HAL_ISR void hal_estop(struct hal *hal, bool invert, uint16_t dark) {
         cut.low[bank] = invert ? drivers->high[bank] : drivers->low[bank];
     }
     output_cut_add(&cut, spindle, !spindle->active_high);
-    GPIO.out_w1ts = cut.high[0];
-    GPIO.out_w1tc = cut.low[0];
-    GPIO.out1_w1ts.val = cut.high[1];
-    GPIO.out1_w1tc.val = cut.low[1];
+    output_cut_pins(&cut);
     if (hal->outputs.wire[SWITCH_SPINDLE_PWM].pin != NO_PIN)
         hal_step_duty(&hal->step, dark);
     step_engine_cut(&hal->step, cut.high[SHIFTED_BANK], cut.low[SHIFTED_BANK]);

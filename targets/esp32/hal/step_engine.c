@@ -154,6 +154,11 @@ HAL_ISR void step_engine_cut(struct hal_step *hal, uint32_t high, uint32_t low) 
         step_shift_cut(hal, high, low);
 }
 
+HAL_ISR void step_engine_freeze(struct hal_step *hal) {
+    if (BY_SHIFT)
+        step_shift_freeze(hal);
+}
+
 bool step_engine_has_lost(void) {
     return BY_SHIFT && step_shift_has_lost();
 }

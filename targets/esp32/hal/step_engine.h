@@ -42,6 +42,9 @@ void step_engine_show(const struct step *step);
 /** [e-stop's interrupt, motion is halted] These outputs of shift registers become high and low. */
 void step_engine_cut(struct hal_step *hal, uint32_t high, uint32_t low);
 
+/** [panic, or before a restart] Shift registers keep what step_engine_cut() has put until the next start. */
+void step_engine_freeze(struct hal_step *hal);
+
 /** [task] A word for the shift registers found no room: pulses may be missing. Once for each such fault. */
 bool step_engine_has_lost(void);
 

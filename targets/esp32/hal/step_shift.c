@@ -6,6 +6,8 @@
 
 #include "driver/gpio.h"
 #include "esp_rom_gpio.h"
+#include "esp_rom_sys.h"
+#include "soc/gpio_sig_map.h"
 
 #include <stddef.h>
 
@@ -15,9 +17,12 @@
 #define WORD_NS     STEP_I2S_FRAME_NS
 #define SETUP_WORDS ((BOARD_DIR_SETUP_NS + WORD_NS - 1) / WORD_NS)
 
+/* The I2S' FIFO, and from its end to the latch. The SPI has sent its word when put() returns. */
+enum { FIFO_WORDS = 64, LEAVING_WORDS = 4 };
+
 static uint32_t shown; /* by step_shift_out() */
 
-static void set_pin(uint8_t gpio, bool level) {
+static HAL_INLINE void set_pin(uint8_t gpio, bool level) {
     (void)gpio_set_level((gpio_num_t)gpio, level);
 }
 
@@ -41,7 +46,7 @@ void step_shift_out(uint32_t word) {
     shown = word;
 }
 
-void shift_port_connect(uint8_t gpio, uint32_t signal) {
+HAL_ISR void shift_port_connect(uint8_t gpio, uint32_t signal) {
     esp_rom_gpio_connect_out_signal(gpio, signal, false, false);
 }
 
@@ -97,6 +102,16 @@ HAL_ISR void step_shift_cut(struct hal_step *hal, uint32_t high, uint32_t low) {
     (void)__atomic_fetch_or(&hal->shifted, high, __ATOMIC_RELAXED);
     (void)__atomic_fetch_and(&hal->shifted, ~low, __ATOMIC_RELAXED);
     put(step_shift_rest(hal));
+}
+
+/* A restart resets the I2S and SPI in the middle of a word (esp_system_reset_modules_on_exit()): without an
+ * edge of the latch the registers do not show half of it. */
+HAL_ISR void step_shift_freeze(struct hal_step *hal) {
+    esp_rom_delay_us(FIFO_WORDS * WORD_NS / 1000u); /* no room was left for the word before */
+    put(step_shift_rest(hal));
+    esp_rom_delay_us(LEAVING_WORDS * WORD_NS / 1000u);
+    set_pin(PIN_I2SO_WS, false); /* no edge that latches, whatever the peripheral's level is */
+    shift_port_connect(PIN_I2SO_WS, SIG_GPIO_OUT_IDX);
 }
 
 bool step_shift_has_lost(void) {

@@ -35,6 +35,10 @@ void step_shift_show(struct hal_step *hal);
  * the words that are under way. */
 void step_shift_cut(struct hal_step *hal, uint32_t high, uint32_t low);
 
+/** [panic, or before a restart] The registers show what step_shift_cut() has put, until the next start: the
+ * latch is taken off the peripheral. Takes 136 us. */
+void step_shift_freeze(struct hal_step *hal);
+
 /** [task] A word found no room since it was asked last, so pulses may have been lost. */
 bool step_shift_has_lost(void);
 

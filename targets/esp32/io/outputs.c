@@ -13,7 +13,6 @@
 #include "esp_attr.h"
 #include "esp_rom_gpio.h"
 #include "soc/gpio_sig_map.h"
-#include "soc/gpio_struct.h"
 
 #define SERVO_HZ        50u
 #define SERVO_BITS      14 /* the most that the S3 has: 1.2 us */
@@ -125,16 +124,14 @@ void IRAM_ATTR outputs_cut(const struct outputs *outputs, struct hal_step *step)
     struct output_cut cut = {.high = {0}};
     for (unsigned output = SWITCH_SPINDLE_ENABLE; output < SWITCH_COUNT; output++)
         output_cut_add(&cut, &outputs->wire[output], !outputs->wire[output].active_high);
-    GPIO.out_w1ts = cut.high[0];
-    GPIO.out_w1tc = cut.low[0];
-    GPIO.out1_w1ts.val = cut.high[1];
-    GPIO.out1_w1tc.val = cut.low[1];
+    output_cut_pins(&cut);
     for (unsigned wave = 0; wave < sizeof waves; wave++) {
         const uint8_t pin = outputs->wire[waves[wave]].pin;
         if (pin != NO_PIN && !step_shift_has(pin))
             esp_rom_gpio_connect_out_signal(pin, SIG_GPIO_OUT_IDX, false, false);
     }
     step_engine_cut(step, cut.high[SHIFTED_BANK], cut.low[SHIFTED_BANK]);
+    step_engine_freeze(step);
 }
 
 bool outputs_have_pump(const struct outputs *outputs) {

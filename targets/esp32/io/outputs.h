@@ -71,7 +71,8 @@ void outputs_coolant(struct outputs *outputs, uint8_t bits);
 void outputs_digital(const struct outputs *outputs, uint8_t bits);
 
 /** [panic, or before a restart] All but the motor drivers off immediately, also those with a wave: the GPIO
- * matrix leads them back to their levels, which are off. In IRAM. */
+ * matrix leads them back to their levels, which are off. Shift registers keep this state until the next
+ * start. In IRAM. */
 void outputs_cut(const struct outputs *outputs, struct hal_step *step);
 
 /** Is there a charge pump's output? */

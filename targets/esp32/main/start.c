@@ -80,6 +80,7 @@ void firmware_start_pins(struct firmware *firmware, struct complaints *complaint
     if (firmware->is_module) {
         /* its pins are channels: a motor's output would drive an input's line */
         channels_apply(&firmware->channels);
+        panic_guard_channels(&firmware->channels, firmware->note);
         start_led(&firmware->pins);
     } else {
         outputs_make_safe(&firmware->pins);

@@ -9,6 +9,12 @@ const NUMBER = /^(?:N\d+)?[O:]\d+$/;
 /** M2 or M30, however it is written. */
 const END_CODE = /M\+?0*(?:2|30)(?:\.0*)?(?![\d.])/;
 
+/** A bracket that has no other in it; numbers with + - * / between them. */
+const BRACKET = /\[([^\][]*)\]/;
+const TERM = String.raw`[-+]*(?:\d+\.?\d*|\.\d+)`;
+const SUM = new RegExp(`^(${TERM})((?:[-+*/]${TERM})*)$`);
+const NEXT_TERM = new RegExp(`([-+*/])(${TERM})`, "g");
+
 /** The ends of a tape and the number of the program (core/gcode/parse.c): they say nothing to a controller. */
 export function isMark(code: string): boolean {
   return code.startsWith("%") || PERCENT.test(code) || NUMBER.test(code);
@@ -62,12 +68,46 @@ export class EndReader implements Ending {
   }
 }
 
-/** An expression in place of the number is not computed. */
+/** Also as M[1+1]; what parameters and functions make is not known by reading. */
 function hasEndCode(code: string): boolean {
   if (code.startsWith("$")) return false;
   let plain = code.replace(/<[^>]*>?/g, "");
+  for (const found of plain.matchAll(/M\+?(?=\[)/g)) {
+    const value = valueOf(plain.slice(found.index + found[0].length));
+    if (value === 2 || value === 30) return true;
+  }
   while (plain.includes("[")) plain = plain.replace(/\[[^\][]*\]?/g, "");
   return END_CODE.test(plain);
+}
+
+/** Of the bracket that the text begins with; null: more than a sum of products. */
+function valueOf(text: string): number | null {
+  for (let found; (found = BRACKET.exec(text)); ) {
+    const value = sumOf(found[1]!);
+    if (value === null || found.index === 0) return value;
+    text = text.slice(0, found.index) + value.toFixed(15) + text.slice(found.index + found[0].length);
+  }
+  return null;
+}
+
+function sumOf(text: string): number | null {
+  const found = SUM.exec(text);
+  if (!found) return null;
+  const terms = [numberOf(found[1]!)];
+  for (const [, operator, term] of found[2]!.matchAll(NEXT_TERM)) {
+    const value = numberOf(term!);
+    if (operator === "+") terms.push(value);
+    else if (operator === "-") terms.push(-value);
+    else terms.push(terms.pop()! * (operator === "*" ? value : 1 / value));
+  }
+  const sum = terms.reduce((one, other) => one + other);
+  return Number.isFinite(sum) ? sum : null;
+}
+
+/** With any signs before it. */
+function numberOf(text: string): number {
+  const digits = text.replace(/^[-+]+/, "");
+  return (text.slice(0, text.length - digits.length).split("-").length % 2 === 1 ? 1 : -1) * Number(digits);
 }
 
 /** For people: what is not run, and how it can be; null: all of the file is run. */

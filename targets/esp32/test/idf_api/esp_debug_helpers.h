@@ -12,7 +12,3 @@ typedef struct {
 } esp_backtrace_frame_t;
 
 bool esp_backtrace_get_next_frame(esp_backtrace_frame_t *frame);
-
-static inline uint32_t esp_cpu_process_stack_pc(uint32_t pc) {
-    return (pc & 0x80000000u ? (pc & 0x3FFFFFFFu) | 0x40000000u : pc) - 3;
-}
