@@ -62,7 +62,8 @@ def keep_inputs(command: click.Command) -> None:
 
         @functools.wraps(callback)
         def checked(*args: Any, **named: Any) -> Any:
-            _refuse_overwriting(click.get_current_context())
+            if ctx := click.get_current_context():
+                _refuse_overwriting(ctx)
             return callback(*args, **named)
 
         command.callback = checked
