@@ -83,6 +83,7 @@ class LazyGroup(click.RichGroup):
             return None
         module = importlib.import_module(f"wificnc.commands.{COMMANDS[cmd_name][0]}")
         command: click.Command = module.command
+        importlib.import_module("wificnc.commands._output").keep_inputs(command)
         command.name = cmd_name
         command.short_help = COMMANDS[cmd_name][1]
         return command

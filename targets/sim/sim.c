@@ -348,7 +348,7 @@ static bool all_sent(const struct sim *sim) {
  * starts.
  */
 static bool may_begin(struct sim *sim, const char *line) {
-    while (*line == ' ' || *line == '\t') /* strspn() of some libraries reads all of the text first */
+    while (sim_text_is_blank(*line)) /* strspn() of some libraries reads all of the text first */
         line++;
     sim->dollar = *line == '$';
     bool may = !sim->dollar || !host_is_busy(sim->host);

@@ -4,7 +4,6 @@
 
 #include "input/line_reader.h"
 
-#include <stdbool.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -23,14 +22,18 @@ static const char *line_end(const char *line, const char *end, const char **next
     return p;
 }
 
+bool sim_text_is_blank(char c) {
+    return c == ' ' || c == '\t' || c == '\v' || c == '\f';
+}
+
 static bool is_percent_line(const char *line, const char *end) {
-    while (line < end && (*line == ' ' || *line == '\t'))
+    while (line < end && sim_text_is_blank(*line))
         line++;
     return line < end && *line == '%';
 }
 
 static bool is_harmless(unsigned char c) {
-    if (c == '\t')
+    if (sim_text_is_blank((char)c))
         return true;
     return c >= ' ' && c < DELETE && c != '!' && c != '?' && c != '~';
 }

@@ -14,6 +14,7 @@
 
 #include "program_end.h"
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -30,5 +31,8 @@ struct sim_text {
 /** @return 0, or -1 when memory is short. Free it with sim_text_free(). */
 int sim_text_make(struct sim_text *out, const char *text, size_t size);
 void sim_text_free(struct sim_text *text);
+
+/** A blank, tab or form feed: a controller leaves it out. */
+bool sim_text_is_blank(char c);
 
 #endif

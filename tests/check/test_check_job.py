@@ -204,6 +204,7 @@ def test_lines_after_the_end_of_the_program_are_a_finding(check, kinds):
         ("G20\nG1X.1F5000\n", "feed-limit", 2, r"\$110"),
         ("M104 S200\nG1 X1 E0.5 F600\n", "printer", 1, "post-processor"),
         ("G1 X1 F600 E0.5\n", "printer", 1, "post-processor"),
+        ("G1 X1 F600 E0.5 (1e3)\n", "printer", 1, "post-processor"),
     ],
 )
 def test_what_is_surely_wrong_is_a_warning(check, text, kind, line, words):
@@ -222,6 +223,8 @@ def test_what_is_surely_wrong_is_a_warning(check, text, kind, line, words):
         "G93\nG1X1F90000\nG94\n",
         "M3S1000\nG0X1\n",
         "(M104 E1)G0X1\n",
+        "G1 X1e3 F100\n",
+        "G1 X.5E-1 F1.e+2 ; E5\n",
     ],
 )
 def test_what_may_be_right_is_not(check, kinds, text):

@@ -48,6 +48,8 @@ BAD_TOML = {
     "deep": f"a = {'[' * 20000}",
     "bytes": "\0" * 1000,
     "digits of $": f"$110={DIGITS}\n$22={DIGITS}\n",
+    "empty": "",
+    "comments": "# schema = 1\n",
 }
 BAD_YAML = {
     "digits": f"name: x\naxes:\n  x:\n    steps_per_mm: {DIGITS}\n    max_rate_mm_per_min: 1e999\n",
@@ -68,6 +70,27 @@ def run(cli: Cli, words: tuple[str, ...], file: Path, folder: Path) -> tuple[int
     code, out, err = cli(*(word.format(file, job=job) for word in words))
     assert "Traceback" not in err
     return code, out + err
+
+
+# Arguments with a number in place of {0}.
+NUMBERS = {
+    "nvs build --set": ("nvs", "build", "baseline", "-o", "-", "--set", "p_sx={0}"),
+    "nvs build --set of a mask": ("nvs", "build", "baseline", "-o", "-", "--set", "io_dir={0}"),
+    "sim --set": ("sim", "{job}", "--set", "$110={0}"),
+    "sim --set of a number": ("sim", "{job}", "--set", "${0}=1"),
+    "sim --at": ("sim", "{job}", "--at", "{0}s hold"),
+    "check --work-zero": ("check", "{job}", "--work-zero", "X{0}"),
+    "check --max-lines": ("check", "{job}", "--max-lines", "{0}"),
+    "settings set": ("settings", "set", "$110={0}", "--to", NOWHERE),
+    "serve --tcp": ("serve", "--tcp", "127.0.0.1:{0}"),
+    "serve --pendant": ("serve", "--tcp", "off", "--pendant", "tcp:{0}"),
+    "serve --control": ("serve", "--tcp", "off", "--control", "{0}"),
+    "serve --speed": ("serve", "--tcp", "off", "--speed", "{0}"),
+    "status --to": ("status", "--to", "127.0.0.1:{0}"),
+    "status --to of a serial port": ("status", "--to", "/dev/ttyNONE?baud={0}"),
+    "jog": ("jog", "X{0}", "--to", NOWHERE),
+    "wmc3 --to": ("wmc3", "info", "127.0.0.1:{0}"),
+}
 
 
 @pytest.fixture(autouse=True)
@@ -102,6 +125,11 @@ def test_a_bad_json_file(cli: Cli, tmp_path: Path, kind: str) -> None:
     (tmp_path / "build.json").write_text(BAD_JSON[kind])
     code, err = run(cli, JSON["flash --from"], tmp_path, tmp_path)
     assert code == 6 and "build.json is damaged" in err
+
+
+@pytest.mark.parametrize("command", NUMBERS)
+def test_an_argument_of_more_digits_than_python_converts(cli: Cli, tmp_path: Path, command: str) -> None:
+    assert run(cli, NUMBERS[command], Path(DIGITS), tmp_path)[0] in (2, 4)
 
 
 @pytest.mark.skipif(not Path("/dev/zero").exists(), reason="no /dev/zero")

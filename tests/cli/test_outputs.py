@@ -133,6 +133,41 @@ def test_a_file_system_that_refuses(cli: Cli, words: Callable[[str], list[str]],
     assert set(Path().iterdir()) == before
 
 
+# The words before an output that is also read, or written twice; {0} is that file, {other} a second name of it.
+READ_OR_TWICE = {
+    "expand": ("expand", "{0}", "-o"),
+    "sim --json": ("sim", "{0}", "--json"),
+    "sim --json before it": ("sim", "--json", "{0}", "{other}", "--trace"),
+    "sim --machine": ("sim", "job.nc", "--machine", "{other}", "--json"),
+    "check's board": ("sim", "job.nc", "--board", "{0}", "--json"),
+    "boards import -o": ("boards", "import", "{0}", "-o"),
+    "boards import --machine": ("boards", "import", "{0}", "-o", "board.toml", "--machine"),
+    "boards import, both": ("boards", "import", str(FLUIDNC), "-o", "{0}", "--machine"),
+    "nvs build": ("nvs", "build", "{0}", "-o"),
+    "nvs build --board": ("nvs", "build", "baseline", "--board", "{other}", "-o"),
+    "nvs read": ("nvs", "read", "{0}", "-o"),
+}
+
+
+@pytest.mark.parametrize("case", READ_OR_TWICE)
+@pytest.mark.parametrize("named", ["alike", "otherwise", "by a link"])
+def test_what_is_read_is_not_written_over(cli: Cli, words: Callable[[str], list[str]], case: str, named: str) -> None:
+    words("expand")
+    Path("mine.csv").write_text("G0X1\n")
+    Path("link.csv").symlink_to("mine.csv")
+    name = {"alike": "mine.csv", "otherwise": "../" + Path.cwd().name + "/mine.csv", "by a link": "link.csv"}[named]
+    before = sorted(Path().iterdir())
+    argv = [word.format("mine.csv", other="./mine.csv") for word in READ_OR_TWICE[case]]
+    code, out, err = cli(*argv, name)
+    assert (code, out) == (2, "") and "name another file" in " ".join(err.split())
+    assert Path("mine.csv").read_text() == "G0X1\n" and sorted(Path().iterdir()) == before
+
+
+def test_two_new_outputs_are_two_files(cli: Cli, words: Callable[[str], list[str]]) -> None:
+    code, _, err = cli(*words("boards import -o")[:3], "-o", "new.toml", "--machine", "./new.toml")
+    assert code == 2 and "name another file" in " ".join(err.split()) and not Path("new.toml").exists()
+
+
 @pytest.mark.parametrize("case", TO_STDOUT)
 def test_a_dash_is_stdout(cli: Cli, words: Callable[[str], list[str]], case: str, tmp_path: Path) -> None:
     if case == "nvs build":

@@ -31,6 +31,20 @@ GOOD = {
     "code after a comment": b"(a) (b) G0X1\n(c)G0X2 ; d\n",
     "no end of line": b"G0X1\nG0X2",
     "a comment in another code": b"(Stra\xdfe)\nG0X1\nG0X2\n",
+    "form feeds": b"\fG0X1\n\v G0\fX2\f\n\f\n",
+}
+# One line of code that no command takes, whatever it does with the file.
+REFUSED = {
+    "a minus of typography": ("G1X\u22125".encode(), "byte 0xE2 is not G-code"),
+    "a blank that does not break": ("G1\xa0X5".encode(), "byte 0xC2 is not G-code"),
+    "a line separator": ("G1X5\u2028G1X6".encode(), "byte 0xE2 is not G-code"),
+    "a feed hold": (b"G1X5!", "! (feed hold) is not G-code"),
+    "a status request": (b"?", "? (status) is not G-code"),
+    "a bracket within a comment": (b"(a (b) c)", "a comment ends at its first )"),
+    "a bracket alone": (b")", "a comment ends at its first )"),
+    "check mode": (b"$C", "$C switches check mode"),
+    "escape": (b"\x1b[31mG1X5", "byte 0x1B is not G-code"),
+    "delete": (b"G1X5\x7f", "byte 0x7F is not G-code"),
 }
 
 
@@ -51,6 +65,16 @@ def test_no_file(cli: Cli, tmp_path: Path, command: str, file: str) -> None:
     code, out, err = cli(*(word.format(file=tmp_path / file) for word in COMMANDS[command]))
     assert (code, out) == (1, "")
     assert ("file not found" if file == "missing.nc" else "is a folder, not a G-code file") in err
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("kind", REFUSED)
+def test_a_line_that_is_no_code(cli: Cli, tmp_path: Path, command: str, kind: str) -> None:
+    content, words = REFUSED[kind]
+    file = tmp_path / "job.nc"
+    file.write_bytes(b"F100\n" + content + b"\nG0X1\n")
+    code, out, err = cli(*(word.format(file=file) for word in COMMANDS[command]))
+    assert (code, out) == (1, "") and f"job.nc:2: {words}" in err
 
 
 @pytest.mark.parametrize("command", ["sim", "check", "expand"])

@@ -8,6 +8,8 @@ from hypothesis import strategies as st
 from sim_native import job_lines, program_end
 from wificnc.sim.job import split_lines
 
+BLANKS = b" \t\v\f"  # that a controller leaves out
+
 
 @pytest.mark.parametrize(
     ("text", "lines", "numbers"),
@@ -25,6 +27,7 @@ from wificnc.sim.job import split_lines
         (b"X1\x000 Y\xff2\x18", [b'X1"0 Y"2"'], [1]),
         (b"(a;b) ! ;(c\n!", [b'(a;b) " ;(c', b'"'], [1, 2]),
         (b"G0\tX1", [b"G0\tX1"], [1]),
+        (b"\fG0\vX1\n\f%\n", [b"\fG0\vX1"], [1]),
     ],
 )
 def test_lines(library, text, lines, numbers):
@@ -39,9 +42,9 @@ def test_any_bytes_make_harmless_lines_that_people_count_alike(library, text):
     end = program_end(library, text).line or len(text)
     shown = split_lines(text.rstrip(b"\x1a"))
     shown = shown[:-1] if not shown[-1] else shown
-    marks = [line.lstrip(b" \t").startswith(b"%") for line in shown]
+    marks = [line.lstrip(BLANKS).startswith(b"%") for line in shown]
     assert percent == sum(marks)
     assert numbers == [number for number, mark in enumerate(marks, 1) if not mark and number <= end]
     for line, number in zip(wire, numbers, strict=True):
-        assert all(byte == 9 or (32 <= byte < 127 and byte not in b"!?~") for byte in line)
-        assert not shown[number - 1].lstrip(b" \t").startswith(b"%")
+        assert all(byte in BLANKS or (32 <= byte < 127 and byte not in b"!?~") for byte in line)
+        assert not shown[number - 1].lstrip(BLANKS).startswith(b"%")

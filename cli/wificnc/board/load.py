@@ -101,7 +101,7 @@ def _chip_of(file: BoardFile, source: TomlFile) -> Chip:
 
 def _first_key(source: TomlFile) -> list[Finding]:
     """A reader of any age must find the schema before anything it may not understand."""
-    first = next(iter(source.data))
-    if first == "schema":
+    first = next(iter(source.data), "schema")
+    if first == "schema":  # one that is missing is reported with the other keys
         return []
     return [Finding("schema-first", ("schema",), f"must be the first key of the file; {first} is")]

@@ -8,6 +8,7 @@ from math import hypot
 
 from wificnc.check.finding import Finding, Severity
 from wificnc.job.program import JobLine, words_of
+from wificnc.link.typed import COMMENT
 
 LONGEST_DWELL_S = 100.0  # a longer one was meant in milliseconds
 MM_PER_INCH = 25.4
@@ -15,6 +16,8 @@ SPINDLE_MAX = 30
 RATES = (110, 111, 112)
 DWELLS = {4.0: "G4", 82.0: "G82", 86.0: "G86", 89.0: "G89"}
 PRINTER = re.compile(r"M(?:10[4-9]|140|190|20[0-9]|82|83)(?![0-9])|^G(?:1|01)(?![0-9.]).*E[-0-9.]")
+
+EXPONENT = re.compile(r"(?<=[0-9.])E(?=[-+]?[0-9])", re.IGNORECASE)  # 1e3: a printer's E has a blank before it
 
 
 def surely_wrong(lines: Iterable[JobLine], settings: Mapping[int, float]) -> Iterator[Finding]:
@@ -34,7 +37,7 @@ def surely_wrong(lines: Iterable[JobLine], settings: Mapping[int, float]) -> Ite
         unit_mm = MM_PER_INCH if 20.0 in codes else 1.0 if 21.0 in codes else unit_mm
         is_per_min = 94.0 in codes or (is_per_min and not codes & {93.0, 95.0})
         cycle = next((code for code in codes if 80.0 <= code < 90.0), 0.0 if codes & {0.0, 1.0, 2.0, 3.0} else cycle)
-        for kind, message, hint in _of_line(line.code, words, codes, cycle, unit_mm if is_per_min else 0.0, settings):
+        for kind, message, hint in _of_line(line, words, codes, cycle, unit_mm if is_per_min else 0.0, settings):
             found.setdefault((kind, message), []).append(line.number)
             hints[message] = hint
     for (kind, message), numbers in found.items():
@@ -43,11 +46,11 @@ def surely_wrong(lines: Iterable[JobLine], settings: Mapping[int, float]) -> Ite
 
 
 def _of_line(
-    code: str, words: list[tuple[str, float]], codes: set[float], cycle: float, feed_unit_mm: float,
+    line: JobLine, words: list[tuple[str, float]], codes: set[float], cycle: float, feed_unit_mm: float,
     settings: Mapping[int, float],
 ) -> Iterator[tuple[str, str, str]]:  # fmt: skip
     """(kind, message, hint)"""
-    if PRINTER.search(code):
+    if PRINTER.search(line.code) and not EXPONENT.search(COMMENT.sub("", line.text)):
         yield "printer", "this is a program for a 3D printer", "make it again with a post-processor for Grbl"
         return
     values = dict(words)

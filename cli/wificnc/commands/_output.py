@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import rich_click as click
 
+from wificnc.errors import UserError
 from wificnc.output import STDOUT, why_not_writable
 
 
@@ -46,3 +49,43 @@ class OutputFolder(click.Path):
         if not path.is_dir() and (why := why_not_writable(path, makes_folders=True)):
             self.fail(f"cannot make the folder {path}: {why}", param, ctx)
         return path
+
+
+def keep_inputs(command: click.Command) -> None:
+    """Have it, and the commands below it, refuse an output that it reads, or that is another of its outputs, before it
+    does anything."""
+    if isinstance(command, click.Group):
+        for each in command.commands.values():
+            keep_inputs(each)
+    elif command.callback and not hasattr(command.callback, "keeps_inputs"):
+        callback = command.callback
+
+        @functools.wraps(callback)
+        def checked(*args: Any, **named: Any) -> Any:
+            if ctx := click.get_current_context():
+                _refuse_overwriting(ctx)
+            return callback(*args, **named)
+
+        command.callback = checked
+        checked.keeps_inputs = True  # type: ignore[attr-defined]
+
+
+def _refuse_overwriting(ctx: click.Context) -> None:
+    files = list(_files(ctx))
+    for at, (output, path) in enumerate(files):
+        others = [each for each, other in (*files[:at], *files[at + 1 :]) if other.resolve() == path.resolve()]
+        if isinstance(output.type, OutputFile) and others:
+            used = "an output" if all(isinstance(each.type, OutputFile) for each in others) else "read by the command"
+            raise UserError(
+                f"{output.opts[-1]} {path}: the command has that file {used}, too", hint="name another file"
+            )
+
+
+def _files(ctx: click.Context) -> Iterator[tuple[click.Parameter, Path]]:
+    """What parameters name: files that are there, and outputs. A device is no file."""
+    for parameter in ctx.command.params:
+        value = ctx.params.get(parameter.name or "")
+        for each in value if isinstance(value, tuple) else (value,):
+            is_output = isinstance(parameter.type, OutputFile) and isinstance(each, Path) and each != STDOUT
+            if isinstance(each, (str, Path)) and (Path(each).is_file() or (is_output and not Path(each).exists())):
+                yield parameter, Path(each)

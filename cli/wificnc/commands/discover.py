@@ -8,6 +8,7 @@ from dataclasses import asdict
 import rich_click as click
 
 from wificnc import ui
+from wificnc.commands._finite import FiniteRange
 from wificnc.commands._qr import show_qr
 from wificnc.commands._target import json_option
 from wificnc.errors import Exit
@@ -15,7 +16,7 @@ from wificnc.link.discover import discover
 
 
 @click.command()
-@click.option("--seconds", type=click.FloatRange(0.1, 60), default=2.0, show_default=True, help="How long to listen.")
+@click.option("--seconds", type=FiniteRange(0.1, 60), default=2.0, show_default=True, help="How long to listen.")
 @click.option("--qr/--no-qr", default=None, help="A QR code of each page, for a phone; default: in a terminal.")
 @json_option
 def command(seconds: float, qr: bool | None, as_json: bool) -> None:

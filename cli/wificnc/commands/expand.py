@@ -11,7 +11,7 @@ from wificnc.build.host import ensure_host_library
 from wificnc.commands._output import OutputFile
 from wificnc.commands._program import max_lines_option
 from wificnc.job.expand import Expanded, Start, expand, load_expand
-from wificnc.job.program import LONGEST_CODE, expanded_comments
+from wificnc.job.program import LONGEST_CODE, expanded_comments, read_program
 from wificnc.output import STDOUT, write_output
 from wificnc.sim.job import read_job
 
@@ -33,6 +33,7 @@ def command(file: Path, output: Path, at_zero: bool, number: bool, max_lines: in
     start = Start.AT_ZERO if at_zero else Start.ANYWHERE
     library = load_expand(ensure_host_library())
     data = read_job(file)
+    read_program(file.name, data)  # refuses what `wificnc send` refuses
     expanded = expand(library, file.name, data, start, max_lines)
     text = commented_text(file.name, data, expanded, number)
     write_output("--output", output, text)

@@ -18,6 +18,7 @@ from wificnc.board.model import Board
 from wificnc.build.esp32 import SIGNATURE
 from wificnc.build.signing import raw_signature
 from wificnc.chip.verify import verify_boot as boots
+from wificnc.commands._finite import FiniteRange
 from wificnc.commands._port import connected, port_option, progress_bars
 from wificnc.commands._secret import READ, Secret
 from wificnc.commands._target import json_option
@@ -55,7 +56,7 @@ BANNER_S = 8.0  # its start, and WiFi's
               help="Start the firmware in the virtual chip first; if it fails there, write nothing.")  # fmt: skip
 @click.option("--from", "folder", type=click.Path(path_type=Path, file_okay=False, exists=True),
               help="Take the firmware from this folder.")  # fmt: skip
-@click.option("--wait", "wait_s", type=click.FloatRange(0), default=BANNER_S, show_default=True,
+@click.option("--wait", "wait_s", type=FiniteRange(0), default=BANNER_S, show_default=True,
               help="Seconds to wait for the firmware's first message.")  # fmt: skip
 @click.option("--dry-run", is_flag=True, help="Print what would be written; the chip is not accessed.")
 @click.option("--ota", "ota_host", metavar="HOST[:PORT]", help="Update over the network instead.")

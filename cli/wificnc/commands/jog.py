@@ -5,6 +5,7 @@ from __future__ import annotations
 import rich_click as click
 
 from wificnc import ui
+from wificnc.commands._finite import FiniteRange
 from wificnc.commands._target import controller_option, json_option
 from wificnc.commands._words import some_axes
 from wificnc.commands.status import status_json
@@ -18,7 +19,7 @@ from wificnc.live import place
 @click.command(context_settings={"ignore_unknown_options": True})
 @click.argument("words", nargs=-1, required=True, callback=some_axes, metavar="AXIS±DISTANCE...")
 @controller_option
-@click.option("--feed", type=click.FloatRange(min=0, min_open=True), default=500.0, show_default=True, help="mm/min.")
+@click.option("--feed", type=FiniteRange(min=0, min_open=True), default=500.0, show_default=True, help="mm/min.")
 @click.option("--absolute", is_flag=True, help="To this position in work coordinates, not by this distance.")
 @click.option("--machine", is_flag=True, help="To this position in machine coordinates.")
 @click.option("--inch", is_flag=True, help="Distances and feed are in inches.")

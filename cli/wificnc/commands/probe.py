@@ -9,6 +9,7 @@ from typing import Any
 import rich_click as click
 
 from wificnc import ui
+from wificnc.commands._finite import FINITE, FiniteRange
 from wificnc.commands._target import controller_option, json_option, position_json
 from wificnc.commands._words import one_axis
 from wificnc.errors import Exit, JobError, RefusedError, UserError
@@ -26,13 +27,11 @@ PROBING_S = 60.0
 @click.command(context_settings={"ignore_unknown_options": True})
 @click.argument("word", callback=one_axis, metavar="AXIS±DISTANCE")
 @controller_option
-@click.option("--feed", type=click.FloatRange(min=0, min_open=True), default=100.0, show_default=True, help="mm/min.")
+@click.option("--feed", type=FiniteRange(min=0, min_open=True), default=100.0, show_default=True, help="mm/min.")
 @click.option("--away", is_flag=True, help="Move until contact is lost (G38.4), not until it is made (G38.2).")
-@click.option("--set", "touch_mm", type=float, metavar="MM",
+@click.option("--set", "touch_mm", type=FINITE, metavar="MM",
               help="Work coordinate of the contact: 0, or the thickness of a touch plate.")  # fmt: skip
-@click.option(
-    "--retract", type=click.FloatRange(min=0), default=0.0, metavar="MM", help="Then retract by this distance."
-)
+@click.option("--retract", type=FiniteRange(min=0), default=0.0, metavar="MM", help="Then retract by this distance.")
 @json_option
 @click.pass_context
 def command(

@@ -14,6 +14,7 @@ import rich_click as click
 
 from wificnc import ui
 from wificnc.build.host import ensure_host_library
+from wificnc.commands._finite import FINITE, FiniteRange
 from wificnc.commands._program import max_lines_option
 from wificnc.commands._target import controller_option, json_option, position_json
 from wificnc.errors import BuildError, Exit, JobError, UserError
@@ -59,10 +60,10 @@ class SendOptions:
 )
 @click.option("--start-id", metavar="ID",
               help="Resume: of the first part's report; refuse if the controller has restarted since.")  # fmt: skip
-@click.option("--safe-z", type=float, metavar="MM", help="Resume: height at which X and Y move, in work coordinates.")
-@click.option("--spindle-wait", type=click.FloatRange(min=0), default=4.0, show_default=True, metavar="S",
+@click.option("--safe-z", type=FINITE, metavar="MM", help="Resume: height at which X and Y move, in work coordinates.")
+@click.option("--spindle-wait", type=FiniteRange(min=0), default=4.0, show_default=True, metavar="S",
               help="Resume: time for the spindle to reach its speed, in seconds.")  # fmt: skip
-@click.option("--plunge-feed", type=click.FloatRange(min=0, min_open=True), default=200.0, show_default=True,
+@click.option("--plunge-feed", type=FiniteRange(min=0, min_open=True), default=200.0, show_default=True,
               metavar="MM/MIN", help="Resume: feed of the plunge.")  # fmt: skip
 @click.option("-y", "--yes", is_flag=True, help="Resume without confirmation.")
 @click.option("--keep-going", is_flag=True, help="Continue after a refused line; list all refused lines at the end.")

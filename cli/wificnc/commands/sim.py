@@ -12,6 +12,7 @@ from rich.table import Table
 from wificnc import ui
 from wificnc.board.load import load_board
 from wificnc.commands._chip import chip_image, on_chip_option
+from wificnc.commands._finite import FiniteRange
 from wificnc.commands._output import OutputFile
 from wificnc.commands._program import max_lines_option, progress_bar
 from wificnc.errors import Exit, UserError
@@ -38,7 +39,7 @@ ERRORS_SHOWN = 20
 @click.option(
     "--plot", type=OutputFile(stdout=False), help="Draw the path, its speed, what a laser burns: .png or .svg."
 )
-@click.option("--laser-w", type=click.FloatRange(0, min_open=True), help="Optical power, W: --plot shows J/mm.")
+@click.option("--laser-w", type=FiniteRange(0, min_open=True), help="Optical power, W: --plot shows J/mm.")
 @click.option("--trace", type=OutputFile(stdout=False), help="Write every step event: .csv, .vcd or .npz.")
 @click.option("--at", multiple=True, metavar="'TIME WHAT'", help="Machine event, like '2.5s limit x'; repeatable.")
 @click.option("--keep-going", is_flag=True, help="Continue after an error, and list all errors.")

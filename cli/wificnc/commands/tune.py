@@ -14,6 +14,7 @@ import rich_click as click
 from rich.table import Table
 
 from wificnc import ui
+from wificnc.commands._finite import FINITE, FiniteRange
 from wificnc.commands._output import OutputFile
 from wificnc.commands._program import max_lines_option, progress_bar
 from wificnc.commands._target import json_option
@@ -47,11 +48,11 @@ PLACE = re.compile(r"\s*X\s*([-+]?(?:\d+\.?\d*|\.\d+))[\s,]*Y\s*([-+]?(?:\d+\.?\
 DEFAULTS = PatternOptions()
 
 spread_option = click.option(
-    "--spread", type=click.FloatRange(0.0, 50.0), default=100.0 * SPREAD, show_default=True, metavar="PERCENT",
+    "--spread", type=FiniteRange(0.0, 50.0), default=100.0 * SPREAD, show_default=True, metavar="PERCENT",
     help="How much the frequency may differ, over the table and with the load.",
 )  # fmt: skip
 acceleration_option = click.option(
-    "--acceleration", type=click.FloatRange(0.0, min_open=True), default=ACCELERATION_MM_S2, show_default=True,
+    "--acceleration", type=FiniteRange(0.0, min_open=True), default=ACCELERATION_MM_S2, show_default=True,
     metavar="MM/S2", help="Of the axis, for the rounding of corners.",
 )  # fmt: skip
 axis_option = click.option(
@@ -90,21 +91,23 @@ def command() -> None:
               help="The axis to test.")  # fmt: skip
 @click.option("--tool", type=click.Choice(["pen", "cut", "laser"]), default=DEFAULTS.tool, show_default=True,
               help="What draws.")  # fmt: skip
-@click.option("--feed", type=float, default=DEFAULTS.feed_mm_min, show_default=True, help="mm/min.")
-@click.option("--length", type=float, default=DEFAULTS.length_mm, show_default=True,
+@click.option("--feed", type=FINITE, default=DEFAULTS.feed_mm_min, show_default=True, help="mm/min.")
+@click.option("--length", type=FINITE, default=DEFAULTS.length_mm, show_default=True,
               help="Of a line after its corner, mm.")  # fmt: skip
 @click.option("--lines", type=click.IntRange(1, 50), default=DEFAULTS.lines, show_default=True, help="How many.")
-@click.option("--spacing", type=float, default=DEFAULTS.spacing_mm, show_default=True, help="Of the lines, mm.")
-@click.option("--from-hz", "low", type=float, default=DEFAULTS.low_hz, show_default=True,
+@click.option("--spacing", type=FINITE, default=DEFAULTS.spacing_mm, show_default=True, help="Of the lines, mm.")
+@click.option("--from-hz", "low", type=FINITE, default=DEFAULTS.low_hz, show_default=True,
               help="Frequency that the first line shows best, Hz.")  # fmt: skip
-@click.option("--to-hz", "high", type=float, default=DEFAULTS.high_hz, show_default=True, help="That of the last line.")
-@click.option("--acceleration", type=float, default=DEFAULTS.acceleration_mm_s2, show_default=True, metavar="MM/S2",
+@click.option(
+    "--to-hz", "high", type=FINITE, default=DEFAULTS.high_hz, show_default=True, help="That of the last line."
+)
+@click.option("--acceleration", type=FINITE, default=DEFAULTS.acceleration_mm_s2, show_default=True, metavar="MM/S2",
               help="Of the axis: $120 for X, $121 for Y.")  # fmt: skip
-@click.option("--depth", type=click.FloatRange(0.0), default=DEFAULTS.depth_mm, show_default=True,
+@click.option("--depth", type=FiniteRange(0.0), default=DEFAULTS.depth_mm, show_default=True,
               help="Of the drawing tool below Z0, mm.")  # fmt: skip
-@click.option("--clear", type=float, default=DEFAULTS.clear_mm, show_default=True, help="Height of rapids, mm.")
-@click.option("--plunge", type=float, default=DEFAULTS.plunge_mm_min, show_default=True, help="mm/min.")
-@click.option("--speed", type=click.FloatRange(0.0), default=DEFAULTS.speed, show_default=True,
+@click.option("--clear", type=FINITE, default=DEFAULTS.clear_mm, show_default=True, help="Height of rapids, mm.")
+@click.option("--plunge", type=FINITE, default=DEFAULTS.plunge_mm_min, show_default=True, help="mm/min.")
+@click.option("--speed", type=FiniteRange(0.0), default=DEFAULTS.speed, show_default=True,
               help="S word: rpm of a cut, power of a laser.")  # fmt: skip
 @click.option("--start", default="X0Y0", show_default=True, metavar="X..Y..", help="Corner of the pattern with the "
               "lowest X and Y, mm.")  # fmt: skip
@@ -131,12 +134,12 @@ def pattern_(output: Path, axis: str, start: str, low: float, high: float, **num
 
 @command.command()
 @axis_option
-@click.option("--feed", type=float, required=True, help="Feed along the waves, mm/min.")
-@click.option("--waves", type=float, required=True, metavar="N", help="How many waves were measured.")
-@click.option("--distance", type=float, required=True, metavar="D", help="From the first to the last crest, mm.")
-@click.option("--first", type=float, metavar="A1", help="Height of a wave, in any unit.")
-@click.option("--last", type=float, metavar="A2", help="Height of a later wave, in the same unit.")
-@click.option("--between", type=float, metavar="N", help="Waves between these two; default: --waves.")
+@click.option("--feed", type=FINITE, required=True, help="Feed along the waves, mm/min.")
+@click.option("--waves", type=FINITE, required=True, metavar="N", help="How many waves were measured.")
+@click.option("--distance", type=FINITE, required=True, metavar="D", help="From the first to the last crest, mm.")
+@click.option("--first", type=FINITE, metavar="A1", help="Height of a wave, in any unit.")
+@click.option("--last", type=FINITE, metavar="A2", help="Height of a later wave, in the same unit.")
+@click.option("--between", type=FINITE, metavar="N", help="Waves between these two; default: --waves.")
 @spread_option
 @acceleration_option
 @send_options
@@ -159,8 +162,8 @@ def measure(
 @click.argument("file", type=click.Path(path_type=Path))
 @axis_option
 @click.option("--time-unit", type=click.Choice(["s", "ms", "us", "ns"]), help="Of the log, if its header lacks it.")
-@click.option("--from-hz", "low", type=float, help="Search from this frequency, Hz.")
-@click.option("--to-hz", "high", type=float, help="Search up to this frequency, Hz.")
+@click.option("--from-hz", "low", type=FINITE, help="Search from this frequency, Hz.")
+@click.option("--to-hz", "high", type=FINITE, help="Search up to this frequency, Hz.")
 @spread_option
 @acceleration_option
 @send_options

@@ -13,6 +13,7 @@ import rich_click as click
 from rich.table import Table
 
 from wificnc import ui
+from wificnc.commands._finite import FiniteRange
 from wificnc.commands._secret import ASKED, Secret
 from wificnc.commands._target import json_option
 from wificnc.errors import Exit, UserError
@@ -114,7 +115,7 @@ def handshake(device: Device, as_json: bool) -> None:
 
 
 @command.command()
-@click.option("--seconds", type=click.FloatRange(0.2, 60), default=3.0, show_default=True)
+@click.option("--seconds", type=FiniteRange(0.2, 60), default=3.0, show_default=True)
 @click.option(
     "--broadcast", default="255.255.255.255", show_default=True, help="Broadcast address, or the address of one device."
 )
@@ -136,7 +137,7 @@ def discover(seconds: float, broadcast: str, as_json: bool) -> None:
 
 @command.command()
 @with_device
-@click.argument("seconds", type=click.FloatRange(min=0.1), default=0.3)
+@click.argument("seconds", type=FiniteRange(min=0.1), default=0.3)
 @json_option
 def status(device: Device, seconds: float, as_json: bool) -> None:
     """Show status reports for some seconds; the latest with --json. For an I/O module: its channels."""
@@ -207,9 +208,7 @@ def channel(
 @with_device
 @click.argument("number", type=int)
 @click.argument("state", type=click.Choice(["on", "off"]))
-@click.option(
-    "--hold", "seconds", type=click.FloatRange(min=0), default=0.0, help="Stay connected for so many seconds."
-)
+@click.option("--hold", "seconds", type=FiniteRange(min=0), default=0.0, help="Stay connected for so many seconds.")
 def output(device: Device, number: int, state: str, seconds: float) -> None:
     """Switch output NUMBER of an I/O module.
 
@@ -285,7 +284,7 @@ def _axis(letter: str) -> int:
 @with_device
 @click.argument("axis")
 @click.argument("speed", type=int)
-@click.argument("seconds", type=click.FloatRange(0, 600))
+@click.argument("seconds", type=FiniteRange(0, 600))
 def jog(device: Device, axis: str, speed: int, seconds: float) -> None:
     """Move an AXIS at SPEED steps/s (negative: the other direction: `-- X -500 2`) for some SECONDS."""
     if speed == 0:
@@ -317,7 +316,7 @@ _simple("reset", Reset, "Leave alarm or e-stop; or release motion to the G-code 
 @command.command()
 @with_device
 @click.option("--discard", is_flag=True, help="Discard the queued motion of the other host instead of holding it.")
-@click.option("--hold", "seconds", type=click.FloatRange(min=0), default=0.0, help="Stay connected for some seconds.")
+@click.option("--hold", "seconds", type=FiniteRange(min=0), default=0.0, help="Stay connected for some seconds.")
 def take(device: Device, discard: bool, seconds: float) -> None:
     """Take control from another host. Its jog ends and its motion is held: `resume` continues it.
 
@@ -333,7 +332,7 @@ def take(device: Device, discard: bool, seconds: float) -> None:
 @click.argument("moves", nargs=-1, required=True, metavar="AXIS=STEPS ...")
 @click.option(
     "--speed",
-    type=click.FloatRange(min=1),
+    type=FiniteRange(min=1),
     default=1000.0,
     show_default=True,
     help="Steps/s of the fastest axis.",
@@ -389,7 +388,7 @@ def slices(steps: list[int], speed: float) -> list[Segment]:
 @command.command()
 @with_device
 @click.option("--requests", type=click.IntRange(10, 100_000), default=1000, show_default=True)
-@click.option("--seconds", type=click.FloatRange(0.5, 3600), default=3.0, show_default=True, help="Of reports.")
+@click.option("--seconds", type=FiniteRange(0.5, 3600), default=3.0, show_default=True, help="Of reports.")
 @json_option
 def bench(device: Device, requests: int, seconds: float, as_json: bool) -> None:
     """Measure the round trip of requests and the jitter of reports. Does not move the machine."""

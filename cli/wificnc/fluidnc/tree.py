@@ -97,9 +97,12 @@ class Section:
         number = self.number(name)
         if number is not None and number > 0:
             return number
-        text = self.take(name)
-        if text is not None:
-            why = f"{text!r} is not understood" if number is None else f"{text} is not a value for it, which is above 0"
+        self.take(name)
+        if name in self.values:
+            text = self.values[name].text
+            why = f"{text} is not a value for it, which is above 0"
+            if number is None:
+                why = f"{text!r} is not understood" if text else "has no value"
             why += f": {default:g}, FluidNC's default, is taken; set the right one before the first move"
             remarks.lost(f"{self.path}.{name}".strip("."), self.line_of(name), why)
         return default

@@ -11,6 +11,7 @@ import re
 from dataclasses import dataclass
 from urllib.parse import parse_qs, unquote
 
+from wificnc.checked.digits import whole_number
 from wificnc.errors import UserError
 from wificnc.link.port import BOARD_PORT, SERVE_PORT
 
@@ -85,9 +86,9 @@ def _serial(text: str, place: str) -> SerialTarget:
         raise _invalid(text, "the serial port is missing")
     if options:
         raise _invalid(text, f"the only option of a serial port is baud, not {next(iter(options))}")
-    if not re.fullmatch(r"0*[1-9]\d*", baud):
+    if not re.fullmatch(r"0*[1-9]\d{0,7}", baud):
         raise _invalid(text, f"{baud!r} is not a baud rate")
-    return SerialTarget(unquote(path), int(baud))
+    return SerialTarget(unquote(path), whole_number(baud))
 
 
 def _network(text: str, place: str) -> NetworkTarget:
@@ -120,7 +121,7 @@ def _host_and_port(text: str, address: str, default_port: int | None) -> tuple[s
         raise _invalid(text, f"{host} is a serial port, and those have no TCP port", f"{host} alone")
     if default_port is None:
         default_port = _port_at(host)
-    port = default_port if found["port"] is None else int(found["port"])
+    port = default_port if found["port"] is None else whole_number(found["port"])
     if not 0 < port <= PORT_MAX:
         raise _invalid(text, f"a TCP port is 1 to {PORT_MAX}")
     return host, port

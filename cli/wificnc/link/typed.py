@@ -47,9 +47,10 @@ def kept_comment(text: str, code: str) -> str:
         return ""
     bracketed = [each for each in found if each[0] == "("]
     parts = (each[1:].removesuffix(")") if each[0] == "(" else each[1:] for each in messages or bracketed or found)
-    comments = "".join(parts).translate(BRACKETS)
-    if not is_row:
+    comments = "".join(parts)
+    if not is_row:  # wide brackets become plain ones, which must not end the comment: so this comes first
         comments = NOT_IN_A_COMMENT.sub("", unicodedata.normalize("NFKD", comments)).strip()
+    comments = comments.translate(BRACKETS)
     return f"({comments.strip() or ' '})" if comments else ""
 
 

@@ -8,6 +8,7 @@ import struct
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+from wificnc.checked.digits import whole_number
 from wificnc.errors import UserError
 from wificnc.link.access import normal_key
 from wificnc.machine.model import Machine
@@ -84,7 +85,7 @@ def number_entry(text: str) -> Entry:
 def _whole_number(text: str) -> int | None:
     """Decimal, or a mask as 0x00FF."""
     digits, base = (text[2:], 16) if text[:2] in ("0x", "0X") else (text, 10)
-    return int(digits, base) if re.fullmatch("[0-9a-fA-F]+" if base == 16 else "[0-9]+", digits) else None
+    return whole_number(digits, base) if re.fullmatch("[0-9a-fA-F]+" if base == 16 else "[0-9]+", digits) else None
 
 
 def random_password() -> str:

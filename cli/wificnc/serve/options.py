@@ -12,6 +12,7 @@ from wificnc.board.model import Board
 from wificnc.board.pin_keys import pin_keys
 from wificnc.board.rules import step_spread_ns
 from wificnc.board.shift_registers import step_grid_ns
+from wificnc.checked.digits import whole_number
 from wificnc.errors import UserError
 from wificnc.link.port import SERVE_PORT
 from wificnc.machine import Machine
@@ -85,7 +86,7 @@ class ServeOptions:
 def parse_pendant(text: str) -> Door:
     """'/dev/ttyUSB0', 'pty:LINK' or 'tcp:2324'. Raises UserError."""
     kind, _, where = text.partition(":") if text.startswith(("pty:", "tcp:")) else ("serial", "", text)
-    if not where or (kind == "tcp" and not (where.isascii() and where.isdigit() and int(where) <= 65535)):
+    if not where or (kind == "tcp" and not (where.isascii() and where.isdigit() and whole_number(where) <= 65535)):
         raise UserError(
             f"--pendant {text!r} is not a port",
             hint="a serial port such as /dev/ttyUSB0, pty:LINK, or tcp:2324 (of this computer; 0 takes any free one)",

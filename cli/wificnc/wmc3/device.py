@@ -14,6 +14,7 @@ from types import TracebackType
 from typing import TypeVar
 
 from wificnc import __version__
+from wificnc.checked.digits import whole_number
 from wificnc.errors import LinkError, ProtocolError, RefusedError, UserError
 from wificnc.link.access import ROUNDS_MIN, key_secret
 from wificnc.wmc3.keys import KEYS, Key
@@ -91,7 +92,9 @@ def _number(text: str) -> int:
 def _index(row: Key, name: str, which: str) -> int:
     """Of several keys: the one that is meant."""
     letters = "xyzabc"[: row.count] if row.count == len("xyzabc") else ""
-    index = int(which) if which.isdecimal() else letters.find(which.lower()) if which else -1 if row.count > 1 else 0
+    index = -1 if row.count > 1 else 0
+    if which:
+        index = whole_number(which) if which.isdecimal() else letters.find(which.lower())
     if 0 <= index < row.count and (row.count > 1 or not which):
         return index
     last = letters[-1:] or str(row.count - 1)

@@ -38,8 +38,8 @@ export function keptComment(text: string, code: string): string {
   const bracketed = all.filter((comment) => comment.startsWith("("));
   const kept = [messages, bracketed, all].find((each) => each.length > 0) ?? [];
   let said = kept.map((comment) => comment.replace(/^.|(?<=^\(.*)\)$/g, "")).join("");
+  if (!isRow) said = said.normalize("NFKD").replace(NOT_SHOWN, "").trim(); // wide brackets become plain ones, which must not end the comment
   said = said.replace(/\(/g, "[").replace(/\)/g, "]"); // shown as round ones
-  if (!isRow) said = said.normalize("NFKD").replace(NOT_SHOWN, "").trim();
   return said && `(${said.trim() || " "})`;
 }
 
