@@ -357,7 +357,7 @@ export class Controller {
   }
 
   private drop(name: RealtimeName): void {
-    this.dropped.value = [...this.dropped.peek(), name];
+    if (!this.dropped.peek().includes(name)) this.dropped.value = [...this.dropped.peek(), name];
     this.note("page", t`Not sent, because the controller does not answer: ${name}`, true);
   }
 

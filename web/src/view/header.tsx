@@ -238,13 +238,13 @@ export function Notices(): JSX.Element {
   return (
     <div class={`notices ${isUnfolded.value ? "unfolded" : ""}`}>
       <div class="list" ref={list}>
+        <SilentNotice />
         {failure.value && (
           <Notice kind="bad" title={failure.value.title} text={failure.value.hint}>
             <Button size="small" icon="close" label={t`Close`} onClick={() => (failure.value = null)} />
           </Notice>
         )}
         <LostNotice />
-        <SilentNotice />
         <DroppedNotice />
         <PositionNotice />
         <RestartNotice />
