@@ -302,7 +302,7 @@ function Dropped(): JSX.Element | null {
   return dropped.length > 0 ? <strong class="small">{t`Pressed meanwhile and not sent: ${dropped.join(", ")}`}</strong> : null;
 }
 
-/** The same link answers again: what it was told meanwhile is still not done. */
+/** The same link answers again: what was pressed meanwhile is still not done. */
 function DroppedNotice(): JSX.Element | null {
   if (!controller.connected.value || controller.silent.value || reconnected.value || controller.dropped.value.length === 0) return null;
   return (
