@@ -2,6 +2,7 @@
 import { computed, effect, signal } from "@preact/signals";
 import { JobRunner } from "./job/runner";
 import { PreflightRunner } from "./job/preflight";
+import { hasArrived } from "./link/arrival";
 import { askWhoServes, connectFirst } from "./link/served";
 import { Controller } from "./link/controller";
 import { pickPort, SerialTransport } from "./link/serial";
@@ -76,6 +77,16 @@ export const standing = computed<Standing>(() => {
     homed: controller.homed.value,
   };
 });
+
+/** Send a line, and wait until the machine rests. Rejects when a jog was stopped before its end, by this page or anyone else: the next
+ * line would move from where that has left the machine. @param stops  of the controller, at the start of all lines */
+export async function move(line: string, stops = controller.stops): Promise<void> {
+  const before = standing.peek();
+  await controller.send(line);
+  await controller.rest();
+  if (controller.stops !== stops) throw new Error(t`Stopped by hand.`);
+  if (!hasArrived(line, before, standing.peek())) throw new Error(t`A move was stopped before its end, so nothing follows it.`);
+}
 
 const SETTLED_MS = 300;
 

@@ -1,6 +1,6 @@
 /** Macros of this browser, and the one that runs. */
 import { effect, signal } from "@preact/signals";
-import { controller, doing, job, store, stored } from "./app";
+import { controller, doing, job, move, store, stored } from "./app";
 import { macroLines, macroMoves, readMacros, type Macro } from "./link/macros";
 import { t } from "./words";
 
@@ -29,7 +29,7 @@ export async function runMacro(macro: Macro): Promise<void> {
       if (isStopped) throw new Error(t`${macro.name}: stopped by hand before line ${i + 1} (${line})`);
       if (!controller.commands.peek() || job.active.peek() || controller.operates.peek() !== parked)
         throw new Error(t`${macro.name}: ended before line ${i + 1} (${line}), because the machine is not this page's any more`);
-      await controller.send(line);
+      await (line.startsWith("$J=") ? move(line) : controller.send(line));
     }
     if (macroMoves(macro) && !isStopped) await controller.rest(); // an answer comes before the motion
   } finally {

@@ -14,17 +14,17 @@ function listening(travel_mm = Infinity, refusal = 15) {
     Object.assign(at, Object.fromEntries(words));
     return Promise.resolve({ kind: "ok", said: [] });
   };
-  const controller = { post, realtime: (name: string) => void sent.push(name) };
-  return { sent, told, at, jogger: new Jogger(controller as unknown as Controller, (why) => told.push(why)) };
+  const controller = { stops: 0, post, realtime: (name: string) => void sent.push(name) };
+  return { sent, told, at, controller, jogger: new Jogger(controller as unknown as Controller, (why) => told.push(why)) };
 }
 
 beforeEach(() => void vi.useFakeTimers({ toFake: ["setInterval", "clearInterval", "performance"] }));
 afterEach(() => void vi.useRealTimers());
 
-test("held jogging is as long as the button is held, and little ahead", () => {
+test("held jogging is as long as the button is held, and little ahead", async () => {
   const { sent, jogger } = listening();
   jogger.begin({ X: 1 }, 600, "X+");
-  vi.advanceTimersByTime(2000);
+  await vi.advanceTimersByTimeAsync(2000);
   const millimetres = sent.length; // a slice of 0.1 s at 10 mm/s is 1 mm
   expect(millimetres).toBeGreaterThanOrEqual(20);
   expect(millimetres).toBeLessThanOrEqual(24);
@@ -42,7 +42,45 @@ test("a page that stood still does not send what it has missed", () => {
   expect(sent.length - before).toBeLessThanOrEqual(4);
 });
 
-test.each([["X+", "Y+"], ["X+", "X−"]])("what was let go does not end the next one: %s, then %s", (first, second) => {
+test.each(["X+", "keys"])("a stop of this page ends a held jog, which begins again with a new press only: %s", (by) => {
+  const { sent, controller, jogger } = listening();
+  jogger.begin({ X: 1 }, 600, by);
+  vi.advanceTimersByTime(500);
+  sent.length = 0;
+  controller.stops++; // Hold, Reset or Escape, while the finger is still down
+  expect(jogger.isHeld(by)).toBe(false);
+  vi.advanceTimersByTime(2000);
+  expect(sent).toEqual(["JOG_CANCEL"]);
+  jogger.begin({ X: 1 }, 600, by);
+  expect(sent.length).toBeGreaterThan(1);
+});
+
+test("a link that does not answer gets little, and the jog ends and says so", () => {
+  const { sent, told, controller, jogger } = listening();
+  controller.post = (text: string) => (sent.push(text), new Promise(() => {}));
+  jogger.begin({ X: 1 }, 6000, "X+");
+  vi.advanceTimersByTime(5000);
+  expect(sent.at(-1)).toBe("JOG_CANCEL");
+  expect(sent.length - 1).toBeLessThanOrEqual(6); // 0.6 s of motion, whenever it arrives
+  expect(told).toHaveLength(1);
+});
+
+test.each([50, 200, 400])("a slow link, with answers after %s ms, jogs on", async (delay_ms) => {
+  const { sent, told, controller, jogger } = listening();
+  controller.post = (text: string) => {
+    sent.push(text);
+    let end = (): void => {};
+    const timer = setInterval(() => (clearInterval(timer), end()), delay_ms);
+    return new Promise((resolve) => (end = () => resolve({ kind: "ok", said: [] })));
+  };
+  jogger.begin({ X: 1 }, 600, "X+");
+  for (let n = 0; n < 40; n++) await vi.advanceTimersByTimeAsync(50);
+  expect(told).toEqual([]);
+  expect(sent.length).toBeGreaterThanOrEqual(20);
+  jogger.end();
+});
+
+test.each([["X+", "Y+"], ["X+", "X−"]])("what was let go does not end the next one: %s, then %s", async (first, second) => {
   const { sent, jogger } = listening();
   jogger.begin({ X: 1 }, 600, first!);
   jogger.end(first); // the pointer is up
@@ -50,7 +88,7 @@ test.each([["X+", "Y+"], ["X+", "X−"]])("what was let go does not end the next
   jogger.begin({ Y: 1 }, 600, second!);
   jogger.end(first); // its button loses the focus
   expect(sent).not.toContain("JOG_CANCEL");
-  vi.advanceTimersByTime(500);
+  await vi.advanceTimersByTimeAsync(500);
   expect(sent.length).toBeGreaterThanOrEqual(7);
   jogger.end(second);
   expect(sent.at(-1)).toBe("JOG_CANCEL");

@@ -65,6 +65,53 @@ it.each(WHERE)("frozen, %s: it says so after 3 s, sends nothing that is pressed,
   expect(await outcome(now)).toBe(where === "probe" ? "void" : "lost");
 });
 
+it.each(WHERE)("frozen, %s: what ends a jog goes all the same, so that no jog outlives the hand that held it", async (where) => {
+  vi.useFakeTimers({ toFake: ["performance", "setInterval", "clearInterval"] });
+  const { board, controller } = await scene(where);
+  vi.advanceTimersByTime(3200);
+  board.heard();
+  controller.realtime("JOG_CANCEL");
+  expect([board.heard(), controller.dropped.value]).toEqual(["\x85", []]);
+  await controller.disconnect();
+});
+
+it.each(["mid-job", "hold"] as const)("frozen, %s: a Stop that was not sent does not count as stopped", async (where) => {
+  vi.useFakeTimers({ toFake: ["performance", "setInterval", "clearInterval"] });
+  const { board, controller, job } = await scene(where);
+  vi.advanceTimersByTime(3200);
+  job.stop();
+  expect([job.state.value, job.why.value, controller.dropped.value]).toEqual(["running", "", ["HOLD"]]);
+  board.says("<Run|MPos:0.700,0.000,0.000|Ln:2>");
+  board.heard();
+  job.stop();
+  expect([job.state.value, board.heard()]).toEqual(["stopping", "!"]);
+  await controller.disconnect();
+});
+
+it("frozen: a cycle's stop says whether it was sent", async () => {
+  vi.useFakeTimers({ toFake: ["performance", "setInterval", "clearInterval"] });
+  const { board, controller } = await scene("probe");
+  const before = controller.stops;
+  vi.advanceTimersByTime(3200);
+  expect([controller.stopMotion(), controller.stops > before]).toEqual([false, true]);
+  board.says("<Run|MPos:0.000,0.000,-2.000>");
+  expect(controller.stopMotion()).toBe(true);
+  await controller.disconnect();
+});
+
+it.each(["HOLD", "RESET", "JOG_CANCEL"] as const)("%s takes the jogs that were not sent, and counts as a stop", async (name) => {
+  const { board, controller } = await connect(new Controller(), new Board(false));
+  board.heard();
+  const jogs = Array.from({ length: 10 }, () => controller.post("$J=G91G21X1.6667F1000", false)); // more than fit
+  const sent = board.heard().split("\n").length - 1;
+  expect(sent).toBeLessThan(10);
+  const before = controller.stops;
+  controller.realtime(name);
+  expect(controller.stops).toBe(before + 1);
+  expect(await Promise.all(jogs.slice(sent))).toEqual(Array(10 - sent).fill({ kind: "lost" }));
+  await controller.disconnect();
+});
+
 it.each(WHERE)("slow, %s: what comes after 2.9 s each time keeps the link, and presses go", async (where) => {
   vi.useFakeTimers({ toFake: ["performance", "setInterval", "clearInterval"] });
   const now = await scene(where);
@@ -139,6 +186,36 @@ it("a start that is named by $I counts as well, and homing ends the loss", async
   await Promise.race([homing.catch(() => {}), turn()]);
   expect(controller.positionLost.value).toBe(false);
   await controller.disconnect();
+});
+
+it.each(["homing", "a new zero", "nothing"])("a lost position is lost after a reload, too, until it is found: by %s", async (by) => {
+  let kept = "";
+  const memory = { load: () => kept, save: (text: string) => void (kept = text) };
+  const { controller, board } = await scene("probe");
+  controller.memory = memory;
+  board.says("Grbl 1.1h ['$' for help]", `<Idle|MPos:0.000,0.000,0.000|Start:${OTHER}>`);
+  expect(controller.positionLost.value).toBe(true);
+  board.says("ok", "ok", "ok", "ok");
+  await turn();
+  if (by === "a new zero") controller.findPosition();
+  if (by === "homing") {
+    void controller.send("$H").catch(() => {});
+    for (let n = 0; n < 6; n++) (board.says("ok"), await turn());
+  }
+  expect(controller.positionLost.value).toBe(by === "nothing");
+  await controller.disconnect();
+  for (const start of [OTHER, ONE]) {
+    const after = new Controller();
+    after.memory = memory;
+    after.expectStart(start); // of a kept job
+    const again = new Board(false);
+    const open = after.connect(again);
+    await turn();
+    again.says(`<Idle|MPos:0.000,0.000,0.000|Start:${start}>`);
+    expect(after.positionLost.value).toBe(by === "nothing" && start === OTHER);
+    await after.disconnect();
+    await open.catch(() => {});
+  }
 });
 
 it("a job that was kept over a reload was sent to another start", async () => {

@@ -1,4 +1,5 @@
 /** Presses at one place: which of them may reach the machine. */
+import { readFileSync } from "node:fs";
 import { describe, expect, it } from "vitest";
 import { PLACE_MS, PressGuard, SETTLE_MS, type Look } from "../src/press";
 
@@ -120,5 +121,17 @@ describe("a control that starts something", () => {
     expect(page.press(null, "stop")).toBe(true);
     page.wait(0.6);
     expect(page.press(start)).toBe(false);
+  });
+});
+
+/** Notices come and go at one place, and a guide's steps at another: what is pressed twice there must not do a second thing. */
+describe("what sets something says so to the guard", () => {
+  const source = ["header", "guide", "hold", "inout"].map((name) => readFileSync(new URL(`../src/view/${name}.tsx`, import.meta.url), "utf8")).join("\n");
+  const tags = [...source.matchAll(/<Button\b(?:[^>]|=>)*?testId=(?:"([^"]+)"|\{`([^`]+)`\})/g)].map(([tag, plain, pattern]) => [plain ?? pattern!, tag] as const);
+
+  it.each(["zero-is-new", "take", "take-anyway", "unlock", "park", "guide-apply", "guide-invert", "guide-flip-${axis}", "guide-correct-${axis}", "guide-homing", "output-on-${i}"])("%s", (id) => {
+    const found = tags.filter(([name]) => name === id).map(([, tag]) => tag.slice(tag.lastIndexOf("<Button")));
+    expect(found).toHaveLength(1);
+    expect(found[0]).toMatch(/machine="(?:sets|starts)"/);
   });
 });

@@ -117,10 +117,10 @@ export class JobRunner {
   /** Hold, wait until nothing moves, reset: so the position is kept. */
   stop(): void {
     if (this.state.value !== "running") return;
+    if (!this.controller.resetAtRest(() => this.state.peek() === "stopping")) return; // not sent: it runs, and can be stopped
     this.state.value = "stopping";
     this.byHand = this.why.value === "";
     if (this.byHand) this.why.value = t`stopped by hand`;
-    this.controller.resetAtRest(() => this.state.peek() === "stopping");
   }
 
   private take(lines: readonly JobLine[]): void {

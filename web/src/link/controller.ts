@@ -27,6 +27,8 @@ export interface Memory {
 interface Known {
   start: string;
   said: Partial<Record<Question, string[]>>;
+  /** The position was lost with this start, and was not found since. */
+  isLost?: boolean;
 }
 
 export interface LogEntry {
@@ -51,6 +53,9 @@ const TAKES_HANDS = new Set(["Hold", "Tool"]); // the second one has no substate
 const MOVING = new Set(["Run", "Jog", "Home"]);
 /** States in which Grbl answers every question. */
 const ANSWERS_IN = new Set(["Idle", "Alarm"]);
+const STOPS: ReadonlySet<RealtimeName> = new Set(["HOLD", "RESET", "JOG_CANCEL"]);
+/** Also over a link that may be dead: questions, and what ends a jog whose lines are on their way. */
+const GOES_ALWAYS: ReadonlySet<RealtimeName> = new Set(["STATUS", "FULL_STATUS", "JOG_CANCEL"]);
 const OBSERVER = /^Observer: | is in control$/;
 const OBSERVED = /^Observer: (.+) is in control/;
 const IN_CONTROL = /^In control$/;
@@ -179,6 +184,9 @@ export class Controller {
   /** The link now, or the last one. */
   isSerial = false;
 
+  /** Presses of this page that stop the machine, sent or dropped: what moves it in more than one line ends with each. */
+  stops = 0;
+
   readonly queue = new LineQueue();
   private transport: Transport | null = null;
   private splitter = new LineSplitter();
@@ -258,7 +266,7 @@ export class Controller {
     this.learn(text, answer);
     if (homes) this.homing.value = false;
     if (!homes || answer.kind !== "ok") return answer;
-    if (text === "$H") this.positionLost.value = false;
+    if (text === "$H") this.findPosition();
     if (text === "$H" && this.unknown.has("$$")) await this.refresh("$$"); // which has the cycles
     this.homed.value += this.homesAxes(text);
     return answer;
@@ -332,10 +340,13 @@ export class Controller {
 
   /** A byte that acts immediately, by its name. */
   realtime(name: RealtimeName): void {
-    if (this.isDead && name !== "STATUS" && name !== "FULL_STATUS") return this.drop(name);
+    if (STOPS.has(name)) {
+      this.stops++;
+      this.queue.callOffJogs();
+    }
+    if (this.isDead && !GOES_ALWAYS.has(name)) return this.drop(name);
     if (name === "RESUME" || name === "PARK") this.notParked.value = "";
     if (name === "RESUME") this.unpark();
-    if (name === "JOG_CANCEL") this.queue.callOffJogs();
     if (name === "STATUS") this.unheard++;
     this.write(Uint8Array.of(TABLES.realtime[name]));
   }
@@ -346,7 +357,7 @@ export class Controller {
   }
 
   private drop(name: RealtimeName): void {
-    this.dropped.value = [...this.dropped.peek(), name];
+    if (!this.dropped.peek().includes(name)) this.dropped.value = [...this.dropped.peek(), name];
     this.note("page", t`Not sent, because the controller does not answer: ${name}`, true);
   }
 
@@ -355,16 +366,18 @@ export class Controller {
     this.realtime("RESET");
   }
 
-  /** A jog and the operator's probing end where they are; a move of an idle machine is held, and discarded at rest. */
-  stopMotion(): void {
+  /** A jog and the operator's probing end where they are; a move of an idle machine is held, and discarded at rest.
+   * @returns whether it was sent: to a link that is dead nothing is */
+  stopMotion(): boolean {
     this.realtime("JOG_CANCEL");
-    if (!this.operates.peek()) this.resetAtRest(() => this.status.peek()?.state === "Hold");
+    return this.operates.peek() ? !this.isDead : this.resetAtRest(() => this.status.peek()?.state === "Hold");
   }
 
   /** Hold, and reset when nothing moves: so the position is kept. A report that was asked for before the hold may be
-   * from before the motion. @param isWanted  asked at rest */
-  resetAtRest(isWanted: () => boolean): void {
+   * from before the motion. @param isWanted  asked at rest @returns whether it was sent */
+  resetAtRest(isWanted: () => boolean): boolean {
     this.realtime("HOLD");
+    if (this.isDead) return false;
     const before = this.heard + this.unheard;
     const end = effect(() => {
       const [status, link] = [this.status.value, this.link.value];
@@ -372,6 +385,7 @@ export class Controller {
       queueMicrotask(() => end());
       if (link === "open" && isWanted()) this.reset();
     });
+    return true;
   }
 
   private unpark(): void {
@@ -426,9 +440,12 @@ export class Controller {
   }
 
   private remember(question: Question, said: string[]): void {
+    this.keep({ said: { ...this.remembered()?.said, [question]: said } });
+  }
+
+  private keep(part: Partial<Known>): void {
     const start = this.startId.peek();
-    if (!start) return;
-    this.memory.save(JSON.stringify({ start, said: { ...this.remembered()?.said, [question]: said } } satisfies Known));
+    if (start) this.memory.save(JSON.stringify({ said: {}, ...this.remembered(), ...part, start } satisfies Known));
   }
 
   /** null: of another start, of none, or damaged. */
@@ -443,7 +460,8 @@ export class Controller {
 
   /** Until the controller answers: it is asked again as soon as it reads lines. */
   private recall(): void {
-    const said = this.remembered()?.said ?? {};
+    const { said = {}, isLost = false } = this.remembered() ?? {};
+    if (isLost) this.positionLost.value = true;
     for (const question of QUESTIONS) {
       const lines = said[question];
       if (!this.unknown.has(question) || !Array.isArray(lines)) continue;
@@ -629,9 +647,16 @@ export class Controller {
     else if (this.startId.peek() !== start) this.losePosition();
   }
 
+  /** Homed, or the operator has set a new zero and says so. */
+  findPosition(): void {
+    this.positionLost.value = false;
+    this.keep({ isLost: false });
+  }
+
   private losePosition(): void {
     this.homed.value = "";
     this.positionLost.value = true;
+    this.keep({ isLost: true });
     this.restarted.value = false; // the notice of a reset says less
     this.queue.forget();
     this.onBreak("restarted");

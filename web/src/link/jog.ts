@@ -9,6 +9,9 @@ import type { Controller } from "./controller";
 /** A slice of held jogging, and how far the slices run ahead, ms. */
 const SLICE_MS = 100;
 const AHEAD_MS = 300;
+/** Slices without an answer, at most: what a dead link keeps is executed when it is back. And how long it may be silent, ms. */
+const MOST_OPEN = 6;
+const STALLED_MS = 1000;
 /** As near as a held jog comes to the end of the travel, mm or degrees. */
 const CLOSE = 0.01;
 /** The jog would leave the travel. */
@@ -22,6 +25,11 @@ interface Held {
   by: string;
   direction: Direction;
   feed: number;
+  /** Of the controller, when it was pressed. */
+  stops: number;
+  /** Slices without an answer, and since when the last answer came. */
+  open: number;
+  heardAt: number;
 }
 
 export class Jogger {
@@ -44,16 +52,28 @@ export class Jogger {
   /** Continue until this is let go, the end of the travel, or a refusal. @param by  the button, or the keys */
   begin(direction: Direction, feed: number, by: string): void {
     this.end();
-    const held = (this.held = { by, direction, feed });
     this.startedAt = performance.now();
     this.sentMs = 0;
+    const held: Held = (this.held = { by, direction, feed, stops: this.controller.stops, open: 0, heardAt: this.startedAt });
     const more = (): void => {
+      if (!this.isHeld(by)) return this.end();
+      if (held.open >= MOST_OPEN && performance.now() - held.heardAt > STALLED_MS) return this.stall();
       const nowMs = performance.now() - this.startedAt;
       this.sentMs = Math.max(this.sentMs, nowMs); // what a page that stood still has not sent is not owed
-      for (; this.sentMs < nowMs + AHEAD_MS; this.sentMs += SLICE_MS) this.slice(held);
+      for (; this.sentMs < nowMs + AHEAD_MS && held.open < MOST_OPEN; this.sentMs += SLICE_MS) this.slice(held);
     };
     this.timer = setInterval(more, SLICE_MS / 2);
     more();
+  }
+
+  /** Not stopped meanwhile, which a new press ends and nothing else. */
+  isHeld(by: string): boolean {
+    return this.held?.by === by && this.held.stops === this.controller.stops;
+  }
+
+  private stall(): void {
+    this.end();
+    this.tell(t`The controller did not answer for ${STALLED_MS / 1000} s: the jog has ended.`);
   }
 
   /** Let go. @param by  only what this one has begun: a button that loses the focus to another one ends nothing of that */
@@ -65,8 +85,11 @@ export class Jogger {
   }
 
   private slice(held: Held): void {
+    held.open++;
     const distance = ((held.feed / 60_000) * SLICE_MS) / Math.sqrt(Object.keys(held.direction).length);
     void this.controller.post(line(held.direction, distance, held.feed), false).then((answer) => {
+      held.open--;
+      held.heardAt = performance.now();
       if (answer.kind === "ok" || this.held !== held) return;
       const timer = this.timer;
       this.timer = undefined; // the slices behind the first refused one are refused as well

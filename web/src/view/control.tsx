@@ -8,6 +8,7 @@ import { AXES, settingNumber, type RealtimeName } from "../tables";
 import { Button, Card, Check, Icon, Progress, Segments, type IconName } from "./parts";
 import { isLarge, PositionCard } from "./position";
 import { ProbeCard } from "./probe";
+import { useAway } from "./fire";
 import { Shortcuts } from "./shortcuts";
 import type { JobState } from "../job/runner";
 import { msg, t, tr } from "../words";
@@ -137,6 +138,7 @@ function JogCard(): JSX.Element {
   useKeyboard(keyboard.value);
   const can = canJog();
   useEffect(() => void (can || jogger.end()), [can]);
+  useAway(() => jogger.end());
   const has = (key: JogKey): boolean => Object.keys(key.direction).every((axis) => AXES.indexOf(axis) < axesShown.value);
   const turning = TURNING.filter(has);
   return (
@@ -191,6 +193,7 @@ function JogButton({ jog }: { jog: JogKey }): JSX.Element {
       disabled={!canJog()}
       title={canJog() ? undefined : noLines.value || noMotion.value}
       onPointerDown={(event) => {
+        if (event.button !== 0) return;
         event.currentTarget.setPointerCapture(event.pointerId);
         press(jog.direction, jog.label);
       }}
@@ -233,7 +236,9 @@ function useKeyboard(on: boolean): void {
       jogKeys();
     };
     const up = (event: KeyboardEvent): void => {
-      if (keys.delete(event.key)) jogKeys();
+      if (!keys.delete(event.key)) return;
+      if (jogger.isHeld(KEYS)) jogKeys();
+      else keys.clear(); // stopped: letting go of one key does not start the other one again
     };
     const end = (): void => {
       keys.clear();

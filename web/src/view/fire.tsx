@@ -10,7 +10,7 @@ import { Button, Dialog, Field, Notice, StartStop } from "./parts";
 import { t } from "../words";
 
 /** Call it when the window is hidden, loses the focus, or is left. */
-function useAway(leave: () => void): void {
+export function useAway(leave: () => void): void {
   useEffect(() => {
     const hidden = (): void => void (document.hidden && leave());
     window.addEventListener("blur", leave);
@@ -68,6 +68,7 @@ export function FireDialog({ onClose }: { onClose: () => void }): JSX.Element {
             aria-label={t`Hold to light`}
             data-machine="starts"
             onPointerDown={(event) => {
+              if (event.button !== 0) return;
               event.currentTarget.setPointerCapture(event.pointerId);
               begin();
             }}

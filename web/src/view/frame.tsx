@@ -1,7 +1,7 @@
 /** The outline of the loaded job, before its first cut: tool up, or the laser at low power. */
 import { useSignal } from "@preact/signals";
 import type { JSX } from "preact";
-import { controller, noMotion, noPlace, preflight, standing } from "../app";
+import { controller, move, noMotion, noPlace, preflight, standing } from "../app";
 import { LASER_LIMIT_PCT, planFrame, type FramePlan, type FrameWish } from "../job/frame";
 import { settingNumber } from "../tables";
 import { Button, Dialog, Field, Notice, StartStop } from "./parts";
@@ -35,26 +35,22 @@ function FrameDialog({ onClose }: { onClose: () => void }): JSX.Element {
   const why = !plan ? t`The preflight has not finished.` : plan.kind === "refuse" ? plan.why : noMotion.value;
   const go = async (): Promise<void> => {
     [running.value, failed.value, stopped.value] = [true, "", false];
+    const stops = controller.stops;
     try {
       await controller.rest(); // it returns to where it is now, which the last report may not know
       const now = planNow();
       if (now?.kind !== "go") throw new Error(now?.why);
-      for (const line of now.frame.lines) {
-        if (stopped.peek()) throw new Error(t`Stopped by hand.`);
-        await controller.send(line);
-        await controller.rest();
-      }
+      for (const line of now.frame.lines) await move(line, stops);
       onClose();
     } catch (error) {
       if (wish.value.power_pct > 0 && controller.state.peek() === "Idle") await controller.send("M5").catch(() => {});
-      failed.value = stopped.peek() ? t`Stopped by hand.` : error instanceof Error ? error.message : String(error);
+      failed.value = controller.stops !== stops ? t`Stopped by hand.` : error instanceof Error ? error.message : String(error);
     }
     running.value = false;
   };
   const stop = (): void => {
     if (!running.peek() || stopped.peek()) return;
-    stopped.value = true;
-    controller.stopMotion();
+    stopped.value = controller.stopMotion();
   };
   const field = (name: keyof FrameWish, label: string, max: number): JSX.Element => (
     <Field label={label}>

@@ -41,8 +41,17 @@ function go(step: number): void {
   progress.value = { ...progress.value, step };
 }
 
-/** Send what differs, one after the other, and note what was written. Rejects with the first refusal. */
+/** What is being written: a second press would take it back, as most of these turn something round. */
+const writing = signal(false);
+const whyNoWrite = (): string => (writing.value ? t`Writing` : noHoming.value);
+
 async function write(values: ReadonlyMap<number, string>): Promise<void> {
+  writing.value = true;
+  await writeNow(values).finally(() => (writing.value = false));
+}
+
+/** Send what differs, one after the other, and note what was written. Rejects with the first refusal. */
+async function writeNow(values: ReadonlyMap<number, string>): Promise<void> {
   if (controller.state.value !== "Alarm") await controller.rest(); // a jog may have been sent just before
   for (const number of sendingOrder(values.keys())) {
     const [before, after] = [now(number), values.get(number)!];
@@ -196,7 +205,7 @@ function Machine(): JSX.Element {
         </fieldset>
       ))}
       <p class="small faint">{t`A screw moves its lead per turn, a GT2 belt 2 mm for each tooth of the pulley.`}</p>
-      <Button kind="primary" why={noHoming.value} onClick={() => void apply()} testId="guide-apply">
+      <Button kind="primary" machine="sets" why={whyNoWrite()} onClick={() => void apply()} testId="guide-apply">
         {t`Write and continue`}
       </Button>
     </>
@@ -233,7 +242,7 @@ function Switches(): JSX.Element {
         ))}
       </ul>
       {all && <Notice kind="warn" title={t`All switches read as pressed`} text={t`Then they close when they are free, or are not connected. Invert them if they are normally closed.`} />}
-      <Button why={noHoming.value} onClick={() => void invert()} testId="guide-invert">
+      <Button machine="sets" why={whyNoWrite()} onClick={() => void invert()} testId="guide-invert">
         {t`Invert the limit switches`}
       </Button>
     </>
@@ -269,7 +278,7 @@ function Directions(): JSX.Element {
         <div key={axis} class="row">
           <Jogs axis={axis} distance={JOG_MM} />
           <At axis={i} />
-          <Button why={noHoming.value} onClick={() => void flip(i)} testId={`guide-flip-${axis}`}>
+          <Button machine="sets" why={whyNoWrite()} onClick={() => void flip(i)} testId={`guide-flip-${axis}`}>
             {t`${axis} moved the wrong way`}
           </Button>
         </div>
@@ -292,7 +301,7 @@ function Measure(): JSX.Element {
         <div key={axis} class="row">
           <Jogs axis={axis} distance={MEASURED_MM} />
           <NumberField id={`measured-${axis}`} label={t`${axis} measured, mm`} initial="" />
-          <Button why={noHoming.value} onClick={() => void correct(axis, i)} testId={`guide-correct-${axis}`}>
+          <Button machine="sets" why={whyNoWrite()} onClick={() => void correct(axis, i)} testId={`guide-correct-${axis}`}>
             {t`Correct`}
           </Button>
         </div>
@@ -308,11 +317,11 @@ function Homing(): JSX.Element {
     <>
       <p>{t`With switches, the controller finds its position at every start. Keep a hand at Reset: it must stop when a switch does not.`}</p>
       <div class="row">
-        <Button why={noHoming.value} onClick={() => void attempt(() => write(new Map([[HOMING, homes ? "0" : "1"]])))} testId="guide-homing">
+        <Button machine="sets" why={whyNoWrite()} onClick={() => void attempt(() => write(new Map([[HOMING, homes ? "0" : "1"]])))} testId="guide-homing">
           {homes ? t`Do without homing` : t`Switch homing on`}
         </Button>
         {axes.value.map((axis, i) => (
-          <Button key={axis} why={noHoming.value} onClick={() => void flip(i)}>
+          <Button key={axis} machine="sets" why={whyNoWrite()} onClick={() => void flip(i)}>
             {t`${axis} homes to ${Number(now(HOME_DIRECTIONS)) & (1 << i) ? "−" : "+"}`}
           </Button>
         ))}

@@ -238,13 +238,14 @@ export function Notices(): JSX.Element {
   return (
     <div class={`notices ${isUnfolded.value ? "unfolded" : ""}`}>
       <div class="list" ref={list}>
+        <SilentNotice />
         {failure.value && (
           <Notice kind="bad" title={failure.value.title} text={failure.value.hint}>
             <Button size="small" icon="close" label={t`Close`} onClick={() => (failure.value = null)} />
           </Notice>
         )}
         <LostNotice />
-        <SilentNotice />
+        <DroppedNotice />
         <PositionNotice />
         <RestartNotice />
         <LockedNotice />
@@ -289,7 +290,27 @@ function SilentNotice(): JSX.Element | null {
       kind="bad"
       title={t`The controller does not answer: Hold and Reset do not reach the machine`}
       text={t`Use the emergency stop at the machine. What you press here is not sent.`}
-    />
+    >
+      <Dropped />
+    </Notice>
+  );
+}
+
+/** What was pressed while nothing was sent. */
+function Dropped(): JSX.Element | null {
+  const dropped = controller.dropped.value;
+  return dropped.length > 0 ? <strong class="small">{t`Pressed meanwhile and not sent: ${dropped.join(", ")}`}</strong> : null;
+}
+
+/** The same link answers again: what was pressed meanwhile is still not done. */
+function DroppedNotice(): JSX.Element | null {
+  if (!controller.connected.value || controller.silent.value || reconnected.value || controller.dropped.value.length === 0) return null;
+  return (
+    <Notice kind="bad" title={t`Pressed meanwhile and not sent: ${controller.dropped.value.join(", ")}`} text={t`The controller answers again. Press it once more if it is still wanted.`}>
+      <Button size="small" onClick={() => (controller.dropped.value = [])}>
+        {t`Close`}
+      </Button>
+    </Notice>
   );
 }
 
@@ -302,7 +323,7 @@ function PositionNotice(): JSX.Element | null {
       title={t`The controller was switched off or restarted: its position is lost`}
       text={t`Home the machine, or jog to the work and set a new zero. Until then the job cannot be resumed.`}
     >
-      <Button size="small" onClick={() => (controller.positionLost.value = false)} testId="zero-is-new">
+      <Button size="small" machine="sets" onClick={() => controller.findPosition()} testId="zero-is-new">
         {t`I have set a new zero`}
       </Button>
     </Notice>
@@ -311,7 +332,6 @@ function PositionNotice(): JSX.Element | null {
 
 function BackNotice(): JSX.Element {
   const { lost_s, job: lines } = reconnected.value!;
-  const dropped = controller.dropped.value;
   const close = (): void => {
     reconnected.value = null;
     controller.dropped.value = [];
@@ -322,7 +342,7 @@ function BackNotice(): JSX.Element {
       title={t`Connected again after ${lost_s} s`}
       text={lines ? t`The job is not being sent any more. ${lines}` : t`What the machine did meanwhile was not seen here.`}
     >
-      {dropped.length > 0 && <strong class="small">{t`Pressed meanwhile and not sent: ${dropped.join(", ")}`}</strong>}
+      <Dropped />
       <Button size="small" onClick={close}>
         {t`Close`}
       </Button>
@@ -389,14 +409,14 @@ function ObserverNotice(): JSX.Element | null {
       title={t`View only`}
       text={t`${controller.takenBy.value || t`Another client`} is in control of this controller. Hold works here, too.`}
     >
-      <Button size="small" onClick={() => (isUnderWay() ? (asks.value = true) : take())} testId="take">
+      <Button size="small" machine="sets" onClick={() => (isUnderWay() ? (asks.value = true) : take())} testId="take">
         {t`Take control`}
       </Button>
       {asks.value && (
         <Dialog title={t`Take control of a machine at work?`} onClose={() => (asks.value = false)}>
           <p>{t`Another client is sending a job or moves the machine. The machine is held, lines that have not begun are refused, and its job stays unfinished.`}</p>
           <div class="row">
-            <Button kind="danger" onClick={() => ((asks.value = false), take())} testId="take-anyway">
+            <Button kind="danger" machine="sets" onClick={() => ((asks.value = false), take())} testId="take-anyway">
               {t`Take control anyway`}
             </Button>
             <Button onClick={() => (asks.value = false)}>{t`Cancel`}</Button>

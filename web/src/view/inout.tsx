@@ -13,8 +13,6 @@ import { StorageBar } from "./storage";
 import { msg, t, tr } from "../words";
 
 const rpm = signal(1000);
-/** Outputs that were switched here; a program may have switched them since. */
-const switched = signal<ReadonlySet<number>>(new Set());
 /** Of M62 to M65. */
 const OUTPUTS = 5;
 
@@ -78,22 +76,19 @@ function OutputCard(): JSX.Element {
       <h3>{t`Outputs of M62 to M65`}</h3>
       <div class="row">
         {Array.from({ length: OUTPUTS }, (_, i) => (
-          <Button key={i} why={why} pressed={switched.value.has(i)} machine="starts" onClick={() => void attempt(() => toggle(i))}>
-            {t`Output ${i}`}
-          </Button>
+          <span key={i} class="pair" role="group" aria-label={t`Output ${i}`}>
+            <Button why={why} machine="starts" label={t`Output ${i} on`} onClick={() => say(`M64P${i}`)} testId={`output-on-${i}`}>
+              {t`Output ${i}`}
+            </Button>
+            <Button why={why} kind="warn" machine="stops" label={t`Output ${i}: off`} onClick={() => say(`M65P${i}`)} testId={`output-off-${i}`}>
+              {t`Off`}
+            </Button>
+          </span>
         ))}
       </div>
       <p class="small soft">{t`An output that the board does not have is refused.`}</p>
     </Card>
   );
-}
-
-async function toggle(output: number): Promise<void> {
-  const next = new Set(switched.value);
-  const on = !next.delete(output);
-  await controller.send(`${on ? "M64" : "M65"}P${output}`);
-  if (on) next.add(output);
-  switched.value = next;
 }
 
 const ROLES = [

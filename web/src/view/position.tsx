@@ -2,7 +2,7 @@
 import { signal, useSignal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect, useRef } from "preact/hooks";
-import { attempt, axesShown, controller, noHoming, noMotion, noPlace, standing } from "../app";
+import { attempt, axesShown, controller, move, noHoming, noMotion, noPlace, standing } from "../app";
 import { typedPosition, WORK_SYSTEMS } from "../link/offsets";
 import { modesNow, type Status } from "../link/messages";
 import { planZero, type ZeroFacts, type ZeroPlan } from "../link/zero";
@@ -75,6 +75,7 @@ async function goToZero(lift_mm: number | null): Promise<boolean> {
  * before has been moved completely. @returns whether someone has to say first how far Z lifts */
 export async function goBy(planNow: () => ZeroPlan): Promise<boolean> {
   if (planNow().kind === "ask") return true;
+  const stops = controller.stops;
   await controller.rest();
   const plan = planNow();
   if (plan.kind === "ask") return true;
@@ -82,8 +83,7 @@ export async function goBy(planNow: () => ZeroPlan): Promise<boolean> {
   for (const [i, line] of plan.lines.entries()) {
     if (i > 0 && plan.z_mm !== null && Math.abs(zeroFacts().machine_mm[2]! - plan.z_mm) > SAME_HEIGHT_MM)
       throw new Error(t`Z did not reach its height, so X and Y do not move.`);
-    await controller.send(line);
-    await controller.rest();
+    await move(line, stops);
   }
   return false;
 }

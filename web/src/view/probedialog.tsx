@@ -157,19 +157,19 @@ export function ProbeDialog({ cycle, title, onClose }: { cycle: Cycle; title: st
   };
   const go = async (): Promise<void> => {
     [phase.value, failed.value, set.value] = ["running", "", []];
+    const stops = controller.stops;
     try {
       before_mm.value = length_mm();
-      await withModes(async () => void (found.value = await runProbe(steps, noting, () => phase.peek() === "stopping")));
+      await withModes(async () => void (found.value = await runProbe(steps, noting, () => controller.stops !== stops)));
       phase.value = "done";
     } catch (error) {
-      failed.value = phase.peek() === "stopping" ? t`Stopped by hand.` : error instanceof Error ? error.message : String(error);
+      failed.value = controller.stops !== stops ? t`Stopped by hand.` : error instanceof Error ? error.message : String(error);
       phase.value = "ready";
     }
   };
   const stop = (): void => {
     if (phase.peek() !== "running") return;
-    phase.value = "stopping";
-    controller.stopMotion();
+    if (controller.stopMotion()) phase.value = "stopping";
   };
   const close = (): void => (stop(), onClose());
   const runs = phase.value === "running" || phase.value === "stopping";
