@@ -62,6 +62,7 @@ EXCEPTIONS = {
         "link/test_doctor.py::test_addresses_become_places_in_the_sources",
         "repo/test_dev.py::test_each_test_file_is_compiled_once_and_not_again",
         "repo/test_patience.py::test_a_program_under_test_gets_its_signals_whatever_we_inherit",
+        "sim/test_sim_cli.py::test_help_needs_neither_numpy_nor_matplotlib",
         "settings/test_settings_generate.py::test_what_is_committed_is_fresh",
         "settings/test_store_migration.py::test_pages_of_a_virtual_chip_of_before",
         "settings/test_store_migration.py::test_pic32mz_pages_of_layout_1",
@@ -82,6 +83,8 @@ EXCEPTIONS = {
         "link/test_target.py::test_settings_diff_without_a_scheme",
         *(f"esp32/test_{name}.py" for name in ("first_contact", "ota", "page", "shut_out", "telnet", "update_page")),
         *(f"wire/test_{name}.py" for name in ("foreign_client", "lossy", "serve_access", "serve_wire", "wmc3_cli")),
+        "cli/test_json.py::test_stdout_is_one_document",
+        "cli/test_outputs.py::test_a_file_system_that_refuses",
         "cli/test_keys.py::test_the_key_of_the_environment_logs_in",
     ),
 }
