@@ -192,6 +192,7 @@ struct net_hub {
     struct net_client *hand;   /* the pendant whose turn it is: lines of others wait; NULL: no one's */
     bool mpg;                  /* ... by 0x8B, until it gives control back: lines of others are refused */
     uint8_t inside_hand;       /* of `inside`, the pendant's in its turn, which are answered first */
+    uint8_t hand_stops;        /* ops->stops() when its turn began */
     bool hand_parked;          /* ... it began in a parked hold: it ends when its lines are answered */
     bool others_first;         /* a pendant has had its turn, and others wait */
     bool sender_lost; /* in a pendant's turn, whose motion continues: the controller learns it after it */

@@ -90,6 +90,7 @@ static bool may_begin(const struct net_hub *hub, enum machine_reads now) {
 static void begin_turn(struct net_hub *hub, struct net_client *client, enum machine_reads now) {
     hub->hand = client;
     hub->hand_parked = now == MACHINE_READS_OPERATORS;
+    hub->hand_stops = hub->ops->stops != NULL ? hub->ops->stops(hub->ctx) : 0;
 }
 
 static void toggle_mpg(struct net_hub *hub, struct net_client *client) {
@@ -355,6 +356,16 @@ static void take_turn_back(struct net_hub *hub) {
     parked->inside_hand = 0;
 }
 
+/* Who has stopped the pendant's motion wants nothing to move: the lines that waited for its end would begin
+ * then. */
+static void hold_others(struct net_hub *hub) {
+    if (hub->hand_parked || hub->ops->stops == NULL || hub->ops->stops(hub->ctx) == hub->hand_stops)
+        return;
+    (void)hub->ops->put(hub->ctx, "!", 1);
+    hub->ops->act(hub->ctx);
+    net_hub_tell(hub, "Stopped: the sender's lines wait for ~");
+}
+
 /* What it has begun is done, and it has nothing more to say; or it has, and others wait. */
 static void end_turn(struct net_hub *hub) {
     if (hub->hand == NULL || hub->mpg || hub->inside_hand > 0)
@@ -364,6 +375,8 @@ static void end_turn(struct net_hub *hub) {
     if (!hub->hand_parked && has_lines(hub->hand) && !others_wait(hub))
         return;
     hub->others_first = others_wait(hub);
+    if (hub->others_first)
+        hold_others(hub);
     end_hand(hub);
 }
 

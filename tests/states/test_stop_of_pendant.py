@@ -1,0 +1,69 @@
+"""A stop while a pendant moves and lines of the sender wait: it begins neither motion nor an output, now or later."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import pytest
+from hub_hosts import HubHosts
+from state_machine import LINES, answers
+
+SENDER, OBSERVER, PENDANT = range(3)
+JOG = "$J=G91Y100F600\n"
+JOB = "M3S500\nG91G1X50F600\n"
+HELD = "[MSG:Stopped: the sender's lines wait for ~]"
+RUN_S = 8.0  # longer than the job takes
+
+
+@pytest.fixture
+def hub() -> Iterator[HubHosts]:
+    """10 steps/mm; the sender is idle, the pendant jogs, and the sender has started a job."""
+    made = HubHosts(pendants=(PENDANT,))
+    made.heard()
+    made.fine(*LINES, "$22=0")
+    for place in (OBSERVER, PENDANT):
+        made.put_of(place, "?")
+    made.after(0.1)
+    made.put_of(PENDANT, JOG)
+    made.after(1)
+    yield made
+    made.close()
+
+
+def button(hub: HubHosts) -> None:
+    hub.input("hold", True)
+    hub.passes(0.05)
+    hub.input("hold", False)
+
+
+STOPS: dict[str, Callable[[HubHosts], None]] = {
+    "pendant's !": lambda hub: hub.put_of(PENDANT, "!"),
+    "pendant's 0x85": lambda hub: hub.put_of(PENDANT, "\x85"),
+    "sender's !": lambda hub: hub.put_of(SENDER, "!"),
+    "sender's 0x85": lambda hub: hub.put_of(SENDER, "\x85"),
+    "observer's !": lambda hub: hub.put_of(OBSERVER, "!"),
+    "button": button,
+}
+
+
+@pytest.mark.parametrize("stop", STOPS)
+def test_lines_that_wait_do_not_begin_by_a_stop(hub: HubHosts, stop: str) -> None:
+    hub.put_of(SENDER, JOB)
+    hub.after(0.2)
+    STOPS[stop](hub)
+    said = hub.after(RUN_S)
+    assert HELD in said and answers(said) == [], "of the job"
+    assert hub.position()[0] == 0 and hub.outputs().spindle_direction == 0
+    assert answers(hub.after(RUN_S, "~")) == ["ok", "ok"]
+    assert hub.position()[0] == 500 and hub.outputs().spindle_direction == 1
+
+
+@pytest.mark.parametrize("stop", STOPS)
+def test_without_lines_that_wait_a_stop_ends_the_jog_alone(hub: HubHosts, stop: str) -> None:
+    STOPS[stop](hub)
+    assert HELD not in hub.after(1) and hub.state() == "Idle"
+    assert answers(hub.after(RUN_S, JOB)) == ["ok", "ok"] and hub.position()[0] == 500
+
+
+def test_a_jog_that_ends_by_itself_lets_them_begin(hub: HubHosts) -> None:
+    assert answers(hub.after(10 + RUN_S, JOB)) == ["ok", "ok"] and hub.position()[:2] == [500, 1000]
