@@ -317,11 +317,11 @@ function Homing(): JSX.Element {
     <>
       <p>{t`With switches, the controller finds its position at every start. Keep a hand at Reset: it must stop when a switch does not.`}</p>
       <div class="row">
-        <Button machine="sets" why={whyNoWrite()} onClick={() => void attempt(() => write(new Map([[HOMING, homes ? "0" : "1"]])))} testId="guide-homing">
+        <Button why={whyNoWrite()} onClick={() => void attempt(() => write(new Map([[HOMING, homes ? "0" : "1"]])))} testId="guide-homing">
           {homes ? t`Do without homing` : t`Switch homing on`}
         </Button>
         {axes.value.map((axis, i) => (
-          <Button key={axis} machine="sets" why={whyNoWrite()} onClick={() => void flip(i)}>
+          <Button key={axis} why={whyNoWrite()} onClick={() => void flip(i)}>
             {t`${axis} homes to ${Number(now(HOME_DIRECTIONS)) & (1 << i) ? "−" : "+"}`}
           </Button>
         ))}
