@@ -84,6 +84,14 @@ static void take_bits(struct machine *machine, uint32_t bits) {
         suspend_end(machine);
 }
 
+/* Requests that wait: all until there is room, and as in Grbl `?` until homing is done. 0x87 is not Grbl's, and
+ * a client that looks for a dead link needs an answer. */
+static uint32_t reports_later(const struct machine *machine) {
+    if (!text_has_room(&machine->out))
+        return REALTIME_REPORTS;
+    return machine->life.state == MACHINE_HOME ? REALTIME_STATUS : 0;
+}
+
 bool realtime_poll(struct machine *machine) {
     uint32_t bits = machine->lines.rx.realtime != 0 ? rx_take_realtime(&machine->lines.rx) : 0;
     if ((bits & REALTIME_RESET) != 0 || machine->life.reset_asked) {
@@ -94,10 +102,10 @@ bool realtime_poll(struct machine *machine) {
         auto_report_toggle(machine);
     if (machine->life.critical) /* only a reset helps; a report is answered */
         bits &= REALTIME_REPORTS;
-    bool later = machine->life.state == MACHINE_HOME || !text_has_room(&machine->out);
-    if (later && (bits & REALTIME_REPORTS) != 0) { /* answered when homing is done, or there is room */
-        __atomic_fetch_or(&machine->lines.rx.realtime, bits & REALTIME_REPORTS, __ATOMIC_RELEASE);
-        bits &= ~(uint32_t)REALTIME_REPORTS;
+    const uint32_t later = bits & reports_later(machine);
+    if (later != 0) {
+        __atomic_fetch_or(&machine->lines.rx.realtime, later, __ATOMIC_RELEASE);
+        bits &= ~later;
     }
     take_bits(machine, bits);
     bool any = bits != 0;

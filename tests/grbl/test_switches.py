@@ -303,6 +303,14 @@ def test_reports_are_silent_while_homing(grbl: Grbl) -> None:
     assert grbl.position() == grbl.stands()
 
 
+def test_a_full_report_is_answered_while_homing(grbl: Grbl) -> None:
+    """0x87, so that a client can tell a busy controller from a dead link; a `?` still waits for the end."""
+    make_homing(grbl)
+    assert grbl.after(0.3, "$H\n") == ""
+    said = grbl.after(0.1, "?\x87")
+    assert said.count("<") == 1 and said.startswith("<Home|MPos:")
+
+
 @pytest.mark.needs("door")
 def test_alarm_7(grbl: Grbl) -> None:
     """Alarm 7 homing door."""

@@ -11,6 +11,8 @@ export class Board implements Transport {
   sent = "";
   /** Reports that were asked for and not made yet. */
   private asked = 0;
+  /** Full reports that were asked for, ever. */
+  askedFully = 0;
   private events: TransportEvents | null = null;
 
   constructor(readonly isSerial = true) {}
@@ -22,6 +24,7 @@ export class Board implements Transport {
   async write(bytes: Uint8Array): Promise<void> {
     const text = new TextDecoder("latin1").decode(bytes);
     this.asked += text.split("?").length - 1;
+    this.askedFully += text.split("\x87").length - 1;
     this.sent += text.replaceAll(/[?\x87]/g, "");
   }
   async close(): Promise<void> {}

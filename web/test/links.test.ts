@@ -65,6 +65,26 @@ it.each(WHERE)("frozen, %s: it says so after 3 s, sends nothing that is pressed,
   expect(await outcome(now)).toBe(where === "probe" ? "void" : "lost");
 });
 
+it.each(["this page", "another client"])("homing by %s: the full report tells a busy controller from a dead link", async (by) => {
+  vi.useFakeTimers({ toFake: ["performance", "setInterval", "clearInterval"] });
+  const controller = new Controller();
+  const { board } = await connect(controller, new Board(false));
+  board.says(`<Idle|MPos:0.000,0.000,0.000|WCO:0.000,0.000,0.000|Start:${ONE}>`);
+  const homes = by === "this page" ? controller.send("$H").catch(() => {}) : null;
+  for (let second = 0; second < 20; second++) {
+    const before = board.askedFully;
+    vi.advanceTimersByTime(1000);
+    if (board.askedFully > before) board.says("<Home|MPos:0.000,0.000,0.000>"); // `?` alone is not answered
+    expect([controller.silent.value, controller.link.value]).toEqual([false, "open"]);
+  }
+  expect(controller.state.value).toBe("Home");
+  vi.advanceTimersByTime(3200); // and then nothing more
+  expect([controller.silent.value, controller.link.value]).toEqual([true, "open"]);
+  vi.advanceTimersByTime(2000);
+  expect(controller.link.value).toBe("lost");
+  await homes;
+});
+
 it.each(WHERE)("frozen, %s: what ends a jog goes all the same, so that no jog outlives the hand that held it", async (where) => {
   vi.useFakeTimers({ toFake: ["performance", "setInterval", "clearInterval"] });
   const { board, controller } = await scene(where);

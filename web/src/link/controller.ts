@@ -135,7 +135,7 @@ export class Controller {
   readonly notParked = signal("");
   /** It has started again, and not because this page has reset it. */
   readonly restarted = signal(false);
-  /** A homing line is under way: Grbl gives no reports then. */
+  /** A homing line is under way: Grbl gives no reports then, WiFiCNC only those of 0x87. */
   readonly homing = signal(false);
   /** Axes that this page has seen homed, and nothing since that could have moved them unseen. */
   readonly homed = signal("");
@@ -524,16 +524,18 @@ export class Controller {
   private tick(): void {
     const now = performance.now();
     const every = MOVING.has(this.state.value) ? ASK_MOVING_MS : ASK_RESTING_MS;
-    const mayBeSilent = this.homing.value || this.needsReset.value;
+    const mayBeSilent = (this.homing.value && !this.startId.peek()) || this.needsReset.value; // Grbl's silence, not ours
     const since = Math.max(this.heardAt, this.waitsSince - ASK_RESTING_MS);
     const silent_ms = mayBeSilent || !this.waitsForReport ? 0 : now - since;
     this.silent.value = silent_ms > SILENT_MS;
     if (silent_ms > DEAD_MS && !this.isSerial && !this.firstWord) return this.lose(t`nothing was received for ${DEAD_MS / 1000} s`);
-    if (now - this.askedAt < (this.waitsForReport ? SILENT_MS / 2 : every)) return;
+    const asksAgain = this.waitsForReport;
+    if (now - this.askedAt < (asksAgain ? SILENT_MS / 2 : every)) return;
     this.askedAt = now;
     if (!this.waitsForReport) this.waitsSince = now;
     this.waitsForReport = true;
-    if (this.asksStart) this.realtime("FULL_STATUS");
+    // While it homes, which another client may have begun, a WiFiCNC answers this one alone.
+    if (this.asksStart || asksAgain || this.state.value === "Home") this.realtime("FULL_STATUS");
     this.realtime("STATUS");
     this.asksStart = false;
   }
