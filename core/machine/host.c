@@ -50,6 +50,10 @@ bool machine_host_release(struct machine *machine) {
     drive_drop(machine); /* the planner continues from where the host is */
     host->owns = false;
     report_message(machine, "Remote host released motion");
+    if (host->jog_stopped && sender_has_lines(machine)) {
+        suspend_hold(machine);
+        report_message(machine, "Stopped: the sender's lines wait for ~");
+    }
     return true;
 }
 

@@ -50,6 +50,7 @@ struct machine_host {
     struct hosted hosted; /* what is made of it */
     struct host_suspended job;
     bool owns;                     /* motion is a host's: lines of the text side wait */
+    bool jog_stopped;              /* its jog was ended by a stop that is not its own */
     bool end_known;                /* end_steps is right */
     int64_t end_steps[AXIS_COUNT]; /* where the segments taken so far end */
     uint32_t own;                  /* segments ever taken that no host has sent (host_move_self()); wraps */
@@ -129,6 +130,13 @@ bool machine_host_spindle(const struct machine *machine, struct host_spindle *sp
 /** Motion is its own from now on. */
 static inline void host_own(struct machine_host *host) {
     host->owns = true;
+    host->jog_stopped = false;
+}
+
+/** A hold or jog cancel of the text side, or the hold button, ends its jog: what waits for that is held then.
+ */
+static inline void host_stop_jog(struct machine_host *host) {
+    host->jog_stopped = host->owns;
 }
 
 /** Homing that it has asked for has begun. */

@@ -66,6 +66,8 @@ static void take_bits(struct machine *machine, uint32_t bits) {
     if ((bits & REALTIME_JOG_CANCEL) != 0 ||
         ((bits & REALTIME_HOLD) != 0 && (machine->life.state == MACHINE_JOG || machine->park.open)))
         lines_flush_jogs(&machine->lines);
+    if ((bits & (REALTIME_JOG_CANCEL | REALTIME_HOLD)) != 0 && machine->life.state == MACHINE_JOG)
+        host_stop_jog(&machine->host);
     if ((bits & REALTIME_JOG_CANCEL) != 0 && machine->life.state == MACHINE_JOG)
         jog_cancel(machine);
     if ((bits & REALTIME_JOG_CANCEL) != 0) {
@@ -84,8 +86,8 @@ static void take_bits(struct machine *machine, uint32_t bits) {
         suspend_end(machine);
 }
 
-/* Requests that wait: all until there is room, and as in Grbl `?` until homing is done. 0x87 is not Grbl's, and
- * a client that looks for a dead link needs an answer. */
+/* Requests that wait: all until there is room, and as in Grbl `?` until homing is done. 0x87 is not Grbl's,
+ * and a client that looks for a dead link needs an answer. */
 static uint32_t reports_later(const struct machine *machine) {
     if (!text_has_room(&machine->out))
         return REALTIME_REPORTS;

@@ -17,7 +17,7 @@ static bool is_anything_on(const struct machine *machine) {
     return machine->outputs.spindle != SPINDLE_OFF || machine->outputs.coolant != 0;
 }
 
-static bool has_lines(const struct machine *machine) {
+bool sender_has_lines(const struct machine *machine) {
     const uint8_t *bytes;
     return machine->task.stage != TASK_NONE || rx_peek(&machine->lines.rx, &bytes) > 0;
 }
@@ -54,7 +54,8 @@ static void hold(struct machine *machine) {
 
 /* The jog has ended, or there was none: what else would continue? */
 static void settle(struct machine *machine) {
-    if (is_anything_on(machine) || has_lines(machine) || machine->client.sender == SENDER_LOST_WITH_LINES) {
+    if (is_anything_on(machine) || sender_has_lines(machine) ||
+        machine->client.sender == SENDER_LOST_WITH_LINES) {
         hold(machine);
     } else {
         (void)suspend_take_hold(&machine->suspend);
@@ -70,7 +71,7 @@ static void drop_lines(struct machine *machine) {
 
 /* Nothing moves. A critical alarm refuses all that comes before a reset. */
 static void leave_alarm(struct machine *machine) {
-    bool lines = has_lines(machine) || machine->client.sender == SENDER_LOST_WITH_LINES;
+    bool lines = sender_has_lines(machine) || machine->client.sender == SENDER_LOST_WITH_LINES;
     machine->client.sender = SENDER_THERE;
     if (lines && !machine->life.critical && !machine->life.restart)
         drop_lines(machine);
@@ -134,7 +135,7 @@ void sender_lose_motion(struct machine *machine) {
 }
 
 void sender_end_host_hold(struct machine *machine) {
-    const bool waits = machine->client.sender != SENDER_THERE || has_lines(machine) ||
+    const bool waits = machine->client.sender != SENDER_THERE || sender_has_lines(machine) ||
                        machine_host_has_job(machine) || machine_host_has_segments(machine);
     if (machine->client.host_hold && !waits)
         (void)action_resume(machine);

@@ -47,6 +47,9 @@ static inline bool sender_take_homing_lost(struct machine_client *client) {
     return lost;
 }
 
+/** Of the text side: one is under way, or not read yet. */
+bool sender_has_lines(const struct machine *machine);
+
 /** @return true when it came further */
 bool sender_lost_poll(struct machine *machine);
 

@@ -1,13 +1,16 @@
-"""A stop while a pendant moves and lines of the sender wait: it begins neither motion nor an output, now or later."""
+"""A stop while a pendant or a remote host jogs and lines of the sender wait: it begins neither motion nor an output, now or
+later."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
 import pytest
+from generate.states_table import load_states
 from hub_hosts import HubHosts
 from state_machine import LINES, answers
 
+TABLE = load_states()
 SENDER, OBSERVER, PENDANT = range(3)
 JOG = "$J=G91Y100F600\n"
 JOB = "M3S500\nG91G1X50F600\n"
@@ -16,15 +19,18 @@ RUN_S = 8.0  # longer than the job takes
 
 
 @pytest.fixture
-def hub() -> Iterator[HubHosts]:
-    """10 steps/mm; the sender is idle, the pendant jogs, and the sender has started a job."""
+def hub(request: pytest.FixtureRequest) -> Iterator[HubHosts]:
+    """10 steps/mm; the sender is idle, the pendant or the host jogs, and the sender has started a job."""
     made = HubHosts(pendants=(PENDANT,))
     made.heard()
     made.fine(*LINES, "$22=0")
     for place in (OBSERVER, PENDANT):
         made.put_of(place, "?")
     made.after(0.1)
-    made.put_of(PENDANT, JOG)
+    if getattr(request, "param", "pendant") == "remote host":
+        made.packet(TABLE.inputs["host_jog"])
+    else:
+        made.put_of(PENDANT, JOG)
     made.after(1)
     yield made
     made.close()
@@ -46,6 +52,7 @@ STOPS: dict[str, Callable[[HubHosts], None]] = {
 }
 
 
+@pytest.mark.parametrize("hub", ["pendant", "remote host"], indirect=True)
 @pytest.mark.parametrize("stop", STOPS)
 def test_lines_that_wait_do_not_begin_by_a_stop(hub: HubHosts, stop: str) -> None:
     hub.put_of(SENDER, JOB)
@@ -53,9 +60,10 @@ def test_lines_that_wait_do_not_begin_by_a_stop(hub: HubHosts, stop: str) -> Non
     STOPS[stop](hub)
     said = hub.after(RUN_S)
     assert HELD in said and answers(said) == [], "of the job"
-    assert hub.position()[0] == 0 and hub.outputs().spindle_direction == 0
+    rested = hub.position()[0]
+    assert rested == hub.stands()[0] and hub.outputs().spindle_direction == 0
     assert answers(hub.after(RUN_S, "~")) == ["ok", "ok"]
-    assert hub.position()[0] == 500 and hub.outputs().spindle_direction == 1
+    assert hub.position()[0] == rested + 500 and hub.outputs().spindle_direction == 1
 
 
 @pytest.mark.parametrize("stop", STOPS)
