@@ -105,9 +105,14 @@ char *strchr(const char *text, int wanted) {
     }
 }
 
+size_t strcspn(const char *text, const char *wanted) {
+    size_t length = 0;
+    while (text[length] != '\0' && strchr(wanted, text[length]) == NULL)
+        length++;
+    return length;
+}
+
 char *strpbrk(const char *text, const char *wanted) {
-    for (; *text != '\0'; text++)
-        if (strchr(wanted, *text) != NULL)
-            return (char *)(uintptr_t)text;
-    return NULL;
+    text += strcspn(text, wanted);
+    return *text != '\0' ? (char *)(uintptr_t)text : NULL;
 }

@@ -15,6 +15,7 @@ int strcmp(const char *a, const char *b);
 int strncmp(const char *a, const char *b, size_t count);
 char *strcpy(char *restrict to, const char *restrict from);
 char *strchr(const char *text, int wanted);
+size_t strcspn(const char *text, const char *wanted);
 char *strpbrk(const char *text, const char *wanted);
 
 #define memcpy(to, from, count)  __builtin_memcpy(to, from, count)
