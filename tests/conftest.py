@@ -92,6 +92,12 @@ class Rings:
                 stack.enter_context(core_only.core_only(item.nodeid))
             return (yield)
 
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_runtest_teardown(self, nextitem: pytest.Item | None) -> Generator[None, object, object]:
+        if nextitem is None:  # what the whole session shares ends now, and may be of another ring
+            core_only.allow_again()
+        return (yield)
+
 
 @pytest.hookimpl(trylast=True)  # of those that -m and -k leave
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:

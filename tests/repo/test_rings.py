@@ -17,7 +17,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-from core_only import PROGRAMS, RefusedError
+from core_only import PROGRAMS, RefusedError, allow_again
 from rings import EXCEPTIONS, FOLDERS, TESTS, NoRingError, Ring, ring_of, ring_of_case
 from stories import NO_BROWSER, STORIES
 
@@ -108,6 +108,12 @@ def test_what_needs_no_clock_is_allowed() -> None:
     with ThreadPoolExecutor(2) as pool:  # asks for a free thread, and does not wait for one
         assert list(pool.map(abs, (-1, -2))) == [1, 2]
     assert subprocess.run(["git", "--version"], capture_output=True, check=True).stdout.startswith(b"git")
+
+
+def test_what_the_whole_session_shares_may_end() -> None:
+    """Behind the last test of a worker: a browser of another ring, say."""
+    allow_again()
+    time.sleep(0)
 
 
 def test_each_program_has_a_reason() -> None:

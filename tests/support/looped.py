@@ -13,8 +13,7 @@ def looped(
 ) -> Callable[[Callable[..., None]], Callable[..., None]]:
     """The test is run for each value as its argument `name`; all values that fail are named.
 
-    @param fresh  argument of the test = what makes it anew for each value, of the fixture that this function names as
-        its own argument
+    @param fresh  argument of the test = what makes another one for each value; its own argument is a fixture's name
     """
     every = list(values)
     makers = {argument: (make, next(iter(inspect.signature(make).parameters))) for argument, make in fresh.items()}

@@ -63,6 +63,7 @@ EXCEPTIONS = {
         "repo/test_dev.py::test_each_test_file_is_compiled_once_and_not_again",
         "repo/test_patience.py::test_a_program_under_test_gets_its_signals_whatever_we_inherit",
         "sim/test_sim_cli.py::test_help_needs_neither_numpy_nor_matplotlib",
+        "settings/test_power_cut_pc.py::test_old_or_new",
         "settings/test_settings_generate.py::test_what_is_committed_is_fresh",
         "settings/test_store_migration.py::test_pages_of_a_virtual_chip_of_before",
         "settings/test_store_migration.py::test_pic32mz_pages_of_layout_1",

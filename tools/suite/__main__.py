@@ -21,7 +21,7 @@ def main(words: list[str]) -> int:
     trusted = commands.add_parser("trust", help="run tests many times on a busy computer; print those that failed")
     trusted.add_argument("tests", nargs="+", metavar="TEST", help="as pytest names them, from the root of the tree")
     trusted.add_argument("--runs", type=int, default=30)
-    trusted.add_argument("--load", type=int, default=8, help="busy processes beside the tests")
+    trusted.add_argument("--load", type=int, default=8, help="busy processes next to the tests")
     mutants = commands.add_parser("mutants", help="change lines of code; print whether tests of core notice")
     mutants.add_argument("--count", type=int, default=40)
     mutants.add_argument("--seed", type=int, default=0)
