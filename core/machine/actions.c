@@ -203,7 +203,8 @@ enum refusal action_resume(struct machine *machine) {
 
 /* A contact of the other kind than $749 has counts as pressed, and no reset would lead on. */
 bool action_frees_estop(const struct machine *machine, int32_t number) {
-    return number == SETTING_ESTOP_NORMALLY_OPEN && machine->life.alarm == ALARM_ESTOP && machine->inputs.estop;
+    return number == SETTING_ESTOP_NORMALLY_OPEN && machine->life.alarm == ALARM_ESTOP &&
+           machine->inputs.estop;
 }
 
 enum status action_set(struct machine *machine, enum actor actor, uint16_t number, double value) {

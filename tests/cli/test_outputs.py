@@ -48,7 +48,16 @@ SUFFIX = {
     "boards show --picture": ".svg",
     "tune predict --plot": ".svg",
 }
-TO_STDOUT = ("dev pins", "dev page", "dev signing-key", "expand", "tune pattern", "sim --json", "nvs build", "linuxcnc component")
+TO_STDOUT = (
+    "dev pins",
+    "dev page",
+    "dev signing-key",
+    "expand",
+    "tune pattern",
+    "sim --json",
+    "nvs build",
+    "linuxcnc component",
+)
 NOT_TO_STDOUT = (
     *("sim --plot", "tune predict --plot", "demo", "sim --trace", "boards show --picture"),
     *("boards import -o", "boards import --machine"),

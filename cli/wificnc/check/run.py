@@ -85,8 +85,7 @@ def check_job(options: CheckOptions, on_progress: Progress | None = None) -> Che
     )
     result = run_job(load_library(ensure_host_library()), request, on_progress)
     extents = tuple(_extents(result, machine))
-    found = _findings(result, text, extents, zero is not None)
-    found += judge.slow(result.survey_lines) if machine else ()
+    found = _findings(result, text, machine, extents, zero is not None)
     known = _values(own) if machine else _given(own)
     return CheckReport(
         result=result,
@@ -128,7 +127,7 @@ def _findings(result: SimResult, text: bytes, extents: tuple[judge.Extent, ...],
         found += judge.beyond(rows, extents)
     else:
         found += judge.machine_moves(text)
-    found += judge.laser(result)
+    found += [*(judge.slow(rows) if machine else ()), *judge.laser(result)]
     found += judge.unrun(result.ending, result.lines)
     return [*found, *judge.tool_changes(result.tool_changes), *judge.remarks(result, text)]
 
