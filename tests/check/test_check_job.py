@@ -238,7 +238,7 @@ def test_a_bracket_within_a_comment_is_named():
 
 
 def test_without_a_machine_only_what_no_machine_can_do_is_found(check, kinds):
-    """Travel and rates of a machine that nobody has named are not judged, even those of Grbl's defaults."""
+    """Travel and rates of a machine that is not named are not judged, even those of Grbl's defaults."""
     job = "G21G90\nG1X5000F9000\nG4P4000\nS99999M3\nG1X\nG0X0\n"
     code, report = check(job, machine=None)
     assert (code, report["machine"]) == (1, None)

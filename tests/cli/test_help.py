@@ -29,6 +29,6 @@ def test_every_command_has_its_place() -> None:
 
 
 def test_commands_of_a_command_are_no_commands_of_wificnc() -> None:
-    """`boards check` is not listed as `check` is, nor `dev pins` beside what users need."""
+    """`boards check` is not listed as `check` is, and `dev pins` is not among what users need."""
     assert not set(shown("boards")) & set(GROUPS)
     assert {"pins", "page"} <= set(shown("dev")["Commands"])

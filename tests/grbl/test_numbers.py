@@ -39,7 +39,7 @@ CAUSES = [
     ("29 WCS above G59", [], "G10L2P99X0"),
     ("30 G53 motion mode", ["F100"], "G53G2X1Y1I1"),
     ("31 axis words unused", [], "G80X1"),
-    ("32 arc without plane axis", ["F100"], "G2Z1I1"),
+    ("32 arc without plane axis", ["F100"], "G2Z1R1"),
     ("33 target impossible", ["F100"], "G2X10Y0I4"),
     ("34 radius impossible", ["F100"], "G2X1Y0R0.1"),
     ("35 no plane offset", ["F100"], "G2X1Y1"),

@@ -104,7 +104,7 @@ def test_a_resume_after_a_restart_is_refused(target: Bridge, tmp_path: Path, mon
             run(*resume, "--start-id", "0000ABCD")
         assert error.value.hint and "home it" in error.value.hint and target.position_steps() == before
     monkeypatch.setattr(Client, "start_id", lambda client: "0000ABCD")
-    assert "--start-id" in run(*resume).stderr  # not compared, which is said
+    assert "--start-id" in run(*resume).stderr  # not compared: there is a message
     assert "start-id" not in run(*resume, "--start-id", "0000abcd").stderr
 
 

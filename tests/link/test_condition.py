@@ -18,7 +18,7 @@ from wificnc.link.words import ALARMS
 from wificnc.serve.options import Address, ServeOptions
 from wificnc.serve.server import Server
 
-RESET_ALARMS = (1, 2, 50, 51, 52, 53, 54)  # docs/errors.md
+RESET_ALARMS = (1, 2, 50, 51, 52, 53, 54, 57)  # docs/errors.md
 
 
 def status(state: str) -> Status:

@@ -9,7 +9,7 @@ from wificnc.build.compiler import locate_compiler
 
 
 def quick_compiler(folder: Path) -> Path:
-    """`cc` in that folder: this computer's compiler. Stack frames that nobody optimised have no bound."""
+    """`cc` in that folder: this computer's compiler. Its stack frames have no bound."""
     program = folder / "cc"
     program.write_text(
         f'#!/bin/sh\nexec {shlex.join(locate_compiler())} "$@" -O0 -Wno-frame-larger-than\n', encoding="utf-8"

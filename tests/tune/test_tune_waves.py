@@ -68,6 +68,7 @@ name = "Bench"
     f"[axis.{axis}]\nsteps_per_mm = 100\nmax_rate_mm_min = {rate}\nacceleration_mm_s2 = 500\ntravel_mm = 300\n"
     for axis, rate in (("x", 6000), ("y", 6000), ("z", 1200))
 )
+MACHINE += "[spindle]\nmax_rpm = 10000\n"
 
 
 @pytest.fixture

@@ -120,7 +120,9 @@ def parse_work_zero(text: str) -> str:
     return "G21G10L2P1" + "".join(f"{letter.upper()}{number}" for letter, number in words)
 
 
-def _findings(result: SimResult, text: bytes, extents: tuple[judge.Extent, ...], zero_known: bool) -> list[Finding]:
+def _findings(
+    result: SimResult, text: bytes, machine: Machine | None, extents: tuple[judge.Extent, ...], zero_known: bool
+) -> list[Finding]:
     rows = result.survey_lines
     found = [*judge.refused(result.errors, result.survey_arcs), *judge.too_large(extents)]
     if zero_known:

@@ -14,6 +14,7 @@ LONGEST_DWELL_S = 100.0  # a longer one was meant in milliseconds
 MM_PER_INCH = 25.4
 SPINDLE_MAX = 30
 RATES = (110, 111, 112)
+KINEMATICS = 80  # not 0: rates are of motors or angles, and the run says which feeds are reached
 DWELLS = {4.0: "G4", 82.0: "G82", 86.0: "G86", 89.0: "G89"}
 PRINTER = re.compile(r"M(?:10[4-9]|140|190|20[0-9]|82|83)(?![0-9])|^G(?:1|01)(?![0-9.]).*E[-0-9.]")
 
@@ -62,6 +63,6 @@ def _of_line(
     if most and speed > most:
         yield "spindle-speed", f"S{speed:g} is above the machine's {most:g} ($30)", "lower S; the spindle turns at $30"
     feed_max = hypot(*(settings.get(rate, 0.0) for rate in RATES))
-    if feed_max and values.get("F", 0.0) * feed_unit_mm > feed_max:
+    if feed_max and not settings.get(KINEMATICS) and values.get("F", 0.0) * feed_unit_mm > feed_max:
         message = f"F{values['F']:g} is above the machine's {feed_max / feed_unit_mm:.0f} along any direction"
         yield "feed-limit", message, "lower F, or raise $110, $111, $112"

@@ -5,13 +5,13 @@ controller  $110=5000.000        people  max_rate_mm_min.x        file  [axis.x]
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from wificnc.checked.digits import is_float
 from wificnc.checked.problem import FileProblems, Finding, Problem
 from wificnc.checked.shape import closest, locate
 from wificnc.checked.tomlfile import TomlFile, read_toml
@@ -281,6 +281,6 @@ def _fault(row: Setting, value: Any) -> str | None:
         return None if isinstance(value, bool) else "must be true or false"
     if isinstance(value, bool) or not isinstance(value, (int, float)):
         return "must be a number"
-    if not math.isfinite(value):  # the controller itself judges ranges, and what it exports is imported
+    if not is_float(value):  # the controller itself judges ranges, and what it exports is imported
         return f"must be {row.min:g} to {row.max:g}"
     return "must be a whole number" if row.type != "float" and value != int(value) else None
