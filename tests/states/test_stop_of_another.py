@@ -1,5 +1,4 @@
-"""A stop while a pendant or a remote host jogs and lines of the sender wait: it begins neither motion nor an output, now or
-later."""
+"""A stop while a pendant or a remote host jogs and lines of the sender wait: it begins neither motion nor an output."""
 
 from __future__ import annotations
 
