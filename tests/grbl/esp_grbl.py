@@ -18,7 +18,7 @@ from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
 
-from chip_grbl import NUMBERS, RPM_MAX, RX_SIZE, ChipGrbl, NotOnThisBoard
+from chip_grbl import NUMBERS, RPM_MAX, RX_SIZE, START_ID, ChipGrbl, NotOnThisBoard
 from wificnc.board import paths
 from wificnc.board.load import load_board
 from wificnc.chip.esp_image import load_image
@@ -192,4 +192,4 @@ class EspGrbl(ChipGrbl):
     def _plain(self, said: str) -> str:
         for others in OTHERS.finditer(said):
             assert not any(map(float, others[2].split(",")[1:])), said
-        return OTHER_SETTINGS.sub("", OTHERS.sub(r"\1", said))
+        return OTHER_SETTINGS.sub("", OTHERS.sub(r"\1", START_ID.sub("", said)))

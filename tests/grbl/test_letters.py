@@ -14,7 +14,7 @@ def raw(text: str) -> str:
 
 def reported(grbl: Grbl) -> set[str]:
     """State, overrides and what is on, as far as some reports have them."""
-    reports = [grbl.send("?") for _ in range(25)]
+    reports = [grbl.status() for _ in range(25)]
     fields = (field for report in reports for field in report.strip("<>\r\n").split("|"))
     return {field for field in fields if not field.startswith(("MPos", "WCO", "FS"))}
 

@@ -23,6 +23,7 @@ def test_answers_what_grbl_answers(controller: Controller) -> None:
     report, start = controller.status().split("|Start:")
     assert report == "<Idle|MPos:0.000,0.000,0.000,0.000|FS:0,0|WCO:0.000,0.000,0.000,0.000"
     assert f"[START:{start.removesuffix('>')}]" in controller.send("$I")
+    assert "Start" not in controller.status()
 
 
 def test_baud_rate(controller: Controller) -> None:
