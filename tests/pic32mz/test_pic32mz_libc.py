@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import math
 import random
-import re
 import struct
 from collections.abc import Callable, Iterator
 
 import pytest
 from wificnc.board.model import Board
-from wificnc.build.checkout import checkout_root
-from wificnc.build.pic32mz import FOLDERS, Pic32Build
+from wificnc.build.pic32mz import Pic32Build
 from wificnc.chip.image import Block, elf_symbols
 from wificnc.chip.machine import wired_chip
 from wificnc.chip.virtual import Cpu, VirtualChip
@@ -20,11 +18,6 @@ STACK, RETURN = 0x80070000, 0x80071000
 FLUSH = 0x01000000  # FCSR as the firmware has it
 COUNT = 300
 MASK = (1 << 64) - 1
-STRING_CALL = re.compile(r"\b((?:mem|strn?)(?:r?chr|cmp|cpy|move|set|cat|c?spn|len|pbrk|str|tok))\(")
-MATH_CALL = re.compile(
-    r"(?<![\w.>])((?:a?(?:cos|sin|tan)h?|atan2|cbrt|ceil|copysign|exp2?|expm1|fabs|fdim|floor|fma|fmax|fmin|fmod|frexp|"
-    r"hypot|l?l?r(?:ound|int)|ldexp|log(?:10|1p|2|b)?|modf|nearbyint|pow|remainder|scalbn|sqrt|trunc)f?)\("
-)
 
 
 class Caller:
@@ -152,21 +145,6 @@ def test_moving_memory(call: Caller, board: Board, image: tuple[Block, ...]) -> 
         wanted = bytearray(before)
         wanted[to : to + count] = b"\x5a" * count
         assert chip.read_ram(base & 0x1FFFFFFF, 64) == bytes(wanted), (to, count)
-
-
-@pytest.mark.parametrize(("header", "call_of"), [("string.h", STRING_CALL), ("math.h", MATH_CALL)])
-def test_it_has_what_the_firmware_calls(header: str, call_of: re.Pattern[str]) -> None:
-    """Without a cross compiler, too: a function of a computer's C library alone is a build that fails."""
-    root = checkout_root()
-    declared = set(re.findall(r"(\w+)\(", (root / "targets/pic32mz/libc" / header).read_text(encoding="utf-8")))
-    sources = [path for folder in FOLDERS for path in (root / folder).rglob("*.[ch]")]
-    used = {
-        name: path.name
-        for path in sources
-        for name in call_of.findall(re.sub(r"/\*.*?\*/|//[^\n]*", "", path.read_text(encoding="utf-8"), flags=re.S))
-    }
-    assert len(used) > 4
-    assert {name: file for name, file in used.items() if name not in declared} == {}
 
 
 def test_searching_text(call: Caller) -> None:
