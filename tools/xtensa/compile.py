@@ -59,7 +59,8 @@ EXCLUDED = ("targets/esp32/test/",)
 
 
 OF_THE_BOARD = re.compile(
-    r'#include "(pin_config|hal/hal_step|hal/step_(engine|shift|rmt|vector)|step/isr|step/load)\.h"'
+    r'#include "(pin_config|hal/hal_step|hal/step_(engine|shift|rmt|vector)|hal/shift_port|step/isr|step/load'
+    r'|io/output_cut|app/restart_note)\.h"'
 )
 
 
@@ -89,7 +90,7 @@ def firmware_sources(root: Path) -> list[Path]:
 
 
 def board_sources(root: Path) -> list[Path]:
-    """The files that come out otherwise for each board, and what the step interrupt is made of."""
+    """The files that come out otherwise for each board, and what the step interrupt and a panic are made of."""
     return [path for path in firmware_sources(root) if OF_THE_BOARD.search(path.read_text())]
 
 
