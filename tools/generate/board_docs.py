@@ -167,8 +167,8 @@ else.
 3. `wificnc boards check FILE` lists every problem with its line, the reason and the pins that would be legal.
 4. A risk that your wiring excludes is allowed with a reason: `allow = {{ strapping = "why it is safe" }}`. The
    table says which rules can be. An allow that suppresses nothing is an error.
-5. `wificnc boards show FILE --picture pinout.svg` draws it; `wificnc dev pins FILE` writes the header the firmware is built
-   with.
+5. `wificnc boards show FILE --picture pinout.svg` draws it; `wificnc dev pins FILE` writes the header of the
+   firmware.
 6. `wificnc boards import config.yaml` makes such a file of a FluidNC configuration ([fluidnc.md](../docs/fluidnc.md)).
 7. For a board that goes into this folder: `make generate` writes all the rest: its page in `docs/start`, its rows
    here, in `docs/boards.md` and in `README.md`, its picture, the menu, and its environment in `platformio.ini`.

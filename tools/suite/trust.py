@@ -1,4 +1,4 @@
-"""Runs tests again and again while busy processes run: a test that fails there waits for a time, and not for an event."""
+"""Runs tests again and again while busy processes run: one that fails there waits for a time, not for an event."""
 
 from __future__ import annotations
 

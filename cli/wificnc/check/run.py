@@ -86,7 +86,6 @@ def check_job(options: CheckOptions, on_progress: Progress | None = None) -> Che
     result = run_job(load_library(ensure_host_library()), request, on_progress)
     extents = tuple(_extents(result, machine))
     found = _findings(result, text, machine, extents, zero is not None)
-    known = _values(own) if machine else _given(own)
     return CheckReport(
         result=result,
         machine=machine.name if machine else None,
@@ -94,7 +93,7 @@ def check_job(options: CheckOptions, on_progress: Progress | None = None) -> Che
         work_zero=zero is not None,
         step_rate_limit_hz=pulse_rate_hz(board, (machine.stepper.step_pulse_us if machine else None) or 0),
         extents=extents,
-        findings=tuple(judge.ordered([*found, *surely_wrong(program.lines, known)])),
+        findings=tuple(judge.ordered([*found, *surely_wrong(program.lines, (_values if machine else _given)(own))])),
     )
 
 
