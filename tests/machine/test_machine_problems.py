@@ -72,7 +72,7 @@ def problems(folder: Path, text: str) -> list[str]:
         (HEAD + "[stepper]\nstep_pulse_us = 5.5\n", "8: stepper.step_pulse_us", "must be a whole number, not 5.5"),
         (HEAD + "[stepper]\nidle_delay_ms = 65536\n", "8: stepper.idle_delay_ms", "65535, not 65536"),
         (HEAD + "[limits]\nhard = 1\n", "8: limits.hard", "must be true or false, not 1"),
-        (HEAD + "[motion]\narc_tolerance_mm = 0\n", "8: motion.arc_tolerance_mm", "0.001, not 0"),
+        (HEAD + "[motion]\narc_tolerance_mm = 0\n", "8: motion.arc_tolerance_mm", "0.0001, not 0"),
         # rules between values
         ('schema = 1\nname = "Nothing"\n[axis]\n', "3: axis", "at least one axis"),
         (HEAD + TRAVEL + "[limits]\nsoft = true\n", "9: limits.soft", "need homing"),

@@ -46,6 +46,7 @@ PACKAGES = (
     "tools/espsim",
     "tools/pages",
     "tools/sizes",
+    "tools/suite",
     "tools/generate",
     "tools/web",
 )

@@ -201,10 +201,12 @@ def test_a_pty_that_is_opened_prints_a_banner(serve: Serve) -> None:
     """As a board that its serial port resets: some senders wait for it before they say anything. Each time."""
     server = serve(pty=True)
     assert server.options.pty
+    events = server.events()
     for _ in range(2):
         with Peer.serial(server.options.pty) as peer:
             peer.until(r"^Grbl 1\.1h \['\$' for help\]$")
-            assert peer.ask("G0X1")[-1] == "ok"
+            assert peer.ask("G21")[-1] == "ok"  # a move would be held as its sender leaves
+        assert any(event.what == "disconnected" for event in events)
 
 
 def test_who_speaks_first_gets_no_banner(serve: Serve) -> None:

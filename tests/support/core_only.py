@@ -101,7 +101,8 @@ def _start(usual: Callable[..., None]) -> Callable[..., None]:
 def _is_program(words: list[str]) -> bool:
     """One of PROGRAMS, `python -m` one of them, or one of C."""
     name = words[2] if words[1:2] == ["-m"] and len(words) > 2 else Path(words[0]).name
-    if any(Path(words[0]).is_relative_to(folder) for folder in MADE):
+    program = Path(words[0])
+    if any(program.is_relative_to(folder) for folder in MADE) and not program.is_relative_to(sys.prefix):
         return True
     return name.removesuffix(".exe").partition("-")[0] in PROGRAMS
 
