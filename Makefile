@@ -27,7 +27,7 @@ help:
 	@echo 'make demo    run a real job through the real core and draw it (build/demo/)'
 	@echo 'make test    the ring core: nearly all tests, in virtual time; RING=chips or RING=realtime for another, PYTEST="tests/gcode -x" for a part'
 	@echo 'make test-all  the three rings, as CI runs them: also virtual chips, objects, wheels; browsers, sockets, LinuxCNC, senders'
-	@echo 'make test-slice  a fortieth of what test-all leaves out, as CI runs it: that of the commit, or PART=N'
+	@echo 'make test-slice  a fortieth of what test-all leaves out, as the workflow of a change runs it: that of the commit, or PART=N'
 	@echo 'make test-deep  all that test-all leaves out: the same on more computers, boards and cuts of the power'
 	@echo 'make test-chip  the Grbl checklist and the senders against the real image in the virtual PIC32MZ, all of them'
 	@echo 'make power-cuts  the power cut at every flash operation of every command that stores, and how many those were'

@@ -21,7 +21,7 @@ COMPILERS = ("cc", "gcc", "clang")
 RUN_EXTRAS, DEV_EXTRAS = "plot", "plot,esp,dev"
 RUN_STAMP, DEV_STAMP = ".ready", ".ready-dev"
 RINGS = ("core", "chips", "realtime")  # tests/support/rings.py says which test is in which
-SLICES = 40  # of what CI leaves out: each run of CI does one of them
+SLICES = 40  # of what CI leaves out: the workflow of each change does one of them
 COMMANDS = {
     "demo": "run a real job through the real core and draw it",
     "test": "the ring core: nearly all tests, in virtual time; --ring for another; more words go to pytest, and tests "

@@ -15,6 +15,7 @@
 #include "base/axis.h"
 #include "gcode/status.h"
 
+#include <math.h> // fabs
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -33,8 +34,8 @@ enum { ANALOG_COUNT = 4 };        /* analog inputs E0..E3 of M66 and outputs E0.
 #define GCODE_DEGREES_MAX 3.6e9
 
 static inline bool gcode_in_range(unsigned axis, double coordinate) {
-    const double most = axis < AXIS_A ? GCODE_COORDINATE_MAX : GCODE_DEGREES_MAX;
-    return coordinate >= -most && coordinate <= most;
+    const double size = fabs(coordinate);
+    return size <= GCODE_COORDINATE_MAX || (axis >= AXIS_A && size <= GCODE_DEGREES_MAX);
 }
 
 /** Largest radius of an arc; error:33 above. 100 mm of such an arc are straight within 0.2 um. */

@@ -134,15 +134,13 @@ static HOT enum status take_code(struct gcode_block *block, char letter, struct 
 
     if (index == CODE_UNKNOWN)
         return unknown_code(letter, number);
-    if (code.axes != AXES_FREE) {
-        if (block->axes != AXES_FREE) {
-            const enum status status = share_axes(block, code.axes, words, rest);
+    if (block->axes == AXES_FREE) {
+        block->axes = code.axes;
+    } else if (code.axes != AXES_FREE) {
+        const enum status status = share_axes(block, code.axes, words, rest);
 
-            if (status != STATUS_OK)
-                return status;
-        } else {
-            block->axes = code.axes;
-        }
+        if (status != STATUS_OK)
+            return status;
     }
     if (block->groups >> code.group & 1)
         return share_group(block, code);
