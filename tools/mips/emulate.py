@@ -33,7 +33,17 @@ def missing() -> str:
 
 def controller_sources(root: Path) -> list[Path]:
     """The core, and of the PC's controller what needs no operating system."""
-    pc = ["hands", "host", "host_bus", "host_drivers", "host_figures", "host_hal", "host_store", "host_watch", "output_log"]
+    pc = [
+        "hands",
+        "host",
+        "host_bus",
+        "host_drivers",
+        "host_figures",
+        "host_hal",
+        "host_store",
+        "host_watch",
+        "output_log",
+    ]
     pc += ["port_file_posix", "tasks", "trace", "virtual", "virtual_spindle", "virtual_tmc", "virtual_vfd"]
     return [*sorted((root / "core").rglob("*.c")), *(root / "targets" / "pc" / f"{name}.c" for name in pc)]
 
