@@ -50,7 +50,9 @@ bool machine_host_release(struct machine *machine) {
     drive_drop(machine); /* the planner continues from where the host is */
     host->owns = false;
     report_message(machine, "Remote host released motion");
-    if (host->jog_stopped && sender_has_lines(machine)) {
+    const bool stopped = host->jog_stopped;
+    host->jog_stopped = false; /* what it does next is not stopped by this */
+    if (stopped && sender_has_lines(machine)) {
         suspend_hold(machine);
         report_message(machine, "Stopped: the sender's lines wait for ~");
     }
@@ -256,6 +258,7 @@ static void begin_jog(struct machine *machine) {
     machine->host.end_known = false;
     overrides_apply(machine);
     jog->on = true;
+    machine->host.jog_stopped = false;
     jog->target_mm = machine->drive.motion.plan.position_mm[jog->axis];
     (void)extend_jog(machine);
 }

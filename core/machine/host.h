@@ -130,7 +130,6 @@ bool machine_host_spindle(const struct machine *machine, struct host_spindle *sp
 /** Motion is its own from now on. */
 static inline void host_own(struct machine_host *host) {
     host->owns = true;
-    host->jog_stopped = false;
 }
 
 /** A hold or jog cancel of the text side, or the hold button, ends its jog: what waits for that is held then.

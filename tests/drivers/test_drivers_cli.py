@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import socket
 from collections.abc import Iterator
+from contextlib import suppress
 
 import pytest
 from click.testing import CliRunner, Result
@@ -121,7 +122,8 @@ def test_a_fault_is_exit_code_1_with_its_name(server: Server) -> None:
     hands(server, "driver x short")
     with pytest.raises(JobError, match="a driver has a fault"):
         for _ in range(1000):
-            run()
+            with suppress(RefusedError):  # the alarm of the fault itself, if it comes while drivers are asked
+                run()
     hands(server, "driver x ok")
 
 

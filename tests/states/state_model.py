@@ -13,7 +13,7 @@ PAUSES = {"pause", "tool_change"}
 PARKED = ("parked", "parked_moves")
 DOOR_ACTS = {"idle", "run", "hold", "lost", "jog", "returned", "host_run", "host_hold", "host_jog", *PARKED}
 STOPPED = "[MSG:Stopped: the sender's lines wait for ~]"
-TEXT_STOPS = ("hold_byte", "hold_button", "cancel_byte")
+JOG_STOPS = ("hold_byte", "hold_button", "cancel_byte", "host_hold", "other_host_hold")
 LOST = "[MSG:Sender lost: feed hold]"
 HOST_RPM, TEXT_RPM = 900, 500
 HELD_BACK = (
@@ -310,7 +310,7 @@ class Model:
             self._resume(said)
         elif rule.next == "release":
             self.state = self._released(held=entry.name == "host_lost")
-            if entry.name in TEXT_STOPS and self.state == "idle" and self.waiting:
+            if entry.name in JOG_STOPS and self.state == "idle" and self.waiting:
                 self.state = "hold"
                 said.says.append(STOPPED)
         elif rule.next != "unchanged":

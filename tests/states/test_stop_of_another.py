@@ -65,6 +65,29 @@ def test_lines_that_wait_do_not_begin_by_a_stop(hub: HubHosts, stop: str) -> Non
     assert hub.position()[0] == rested + 500 and hub.outputs().spindle_direction == 1
 
 
+@pytest.mark.parametrize("stop", ["host_hold", "other_host_hold"])
+@pytest.mark.parametrize("hub", ["remote host"], indirect=True)
+def test_a_hold_of_a_host_is_such_a_stop(hub: HubHosts, stop: str) -> None:
+    hub.put_of(SENDER, JOB)
+    hub.after(0.2)
+    hub.packet(TABLE.inputs[stop])
+    said = hub.after(RUN_S)
+    assert HELD in said and answers(said) == [] and hub.outputs().spindle_direction == 0
+
+
+@pytest.mark.parametrize("pause_s", [0.5, RUN_S])
+@pytest.mark.parametrize("hub", ["remote host"], indirect=True)
+def test_a_released_key_lets_them_begin_also_after_a_stop_before(hub: HubHosts, pause_s: float) -> None:
+    """A stop counts for the jog that it has ended, whether or not the host has given motion back since."""
+    hub.put_of(OBSERVER, "!")
+    hub.after(pause_s)
+    hub.packet(TABLE.inputs["host_jog"])
+    hub.after(0.5)
+    hub.put_of(SENDER, JOB)
+    hub.packet(TABLE.inputs["host_jog_stop"])
+    assert answers(hub.after(RUN_S + 2)) == ["ok", "ok"] and hub.outputs().spindle_direction == 1
+
+
 @pytest.mark.parametrize("stop", STOPS)
 def test_without_lines_that_wait_a_stop_ends_the_jog_alone(hub: HubHosts, stop: str) -> None:
     STOPS[stop](hub)
