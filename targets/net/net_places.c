@@ -62,6 +62,14 @@ static bool is_anyone(const struct crowd *crowd, const struct net_place *place) 
     return may_go(place);
 }
 
+/* The kept place, with someone of the owner's address in it who may be typing the key. */
+static bool is_kept(const struct crowd *crowd, const struct net_place *place) {
+    const struct net_newcomer *newcomer = crowd->newcomer;
+    return !newcomer->local && newcomer->owner != 0 && place->peer == newcomer->owner &&
+           newcomer->peer != newcomer->owner && crowd->count >= KEEPS_ONE_FROM &&
+           places_of(crowd, newcomer->owner) == 1;
+}
+
 /* The unproven before listeners, then the one that has been idle longest. @return -1: none */
 static int find(const struct crowd *crowd,
                 bool (*fits)(const struct crowd *crowd, const struct net_place *place)) {
@@ -70,7 +78,7 @@ static int find(const struct crowd *crowd,
         const struct net_place *place = &crowd->places[i], *best = found < 0 ? place : &crowd->places[found];
         bool better = place->rank < best->rank ||
                       (place->rank == best->rank && idle_us(crowd, place) > idle_us(crowd, best));
-        if (fits(crowd, place) && (found < 0 || better))
+        if (fits(crowd, place) && !is_kept(crowd, place) && (found < 0 || better))
             found = (int)i;
     }
     return found;

@@ -90,7 +90,6 @@ static void an_owner_that_has_lost_its_link_comes_back_through_any_crowd(void) {
     }
 }
 
-/* Even those who know the key leave one. */
 /* What a sender that cannot log in relies on; the place of the owner is not for it. */
 static void a_trusted_address_comes_in_through_any_crowd(void) {
     own("s3cret");
@@ -101,6 +100,26 @@ static void a_trusted_address_comes_in_through_any_crowd(void) {
     CHECK(come_from(PLACES + 2, OTHER, false) && !wires[OWNER].closed);
 }
 
+/* A person types the key, which takes longer than a program's login. */
+static void the_owner_that_came_back_has_time_to_log_in(void) {
+    own("s3cret");
+    wires[OWNER].closed = true;
+    pass_ms(1);
+    for (unsigned round = 0; round < 5000; round++) {
+        for (unsigned n = 1; n <= CROWD / 10; n++)
+            if (round == 0 || wires[n].closed)
+                (void)come_from(n, STRANGER + n, false); /* each from its own address */
+        if (round == 50)
+            CHECK(come_from(OWNER, OWNER_ADDRESS, false));
+        pass_ms(1);
+        CHECK(round < 50 || !wires[OWNER].closed);
+    }
+    put_in(OWNER, "$LOGIN=s3cret\nG0X1\n");
+    pass_ms(1);
+    CHECK(hub.owner != NULL && hub.owner->stream.peer == OWNER_ADDRESS);
+}
+
+/* Even those who know the key leave one. */
 static void a_place_is_kept_for_the_owners_address(void) {
     own("s3cret");
     for (unsigned n = 1; n < PLACES; n++) {
@@ -228,6 +247,7 @@ static void requests_and_lines_are_told_apart_by_their_first_bytes(void) {
 int main(void) {
     a_crowd_holds_up_neither_the_owners_stop_nor_its_stream();
     an_owner_that_has_lost_its_link_comes_back_through_any_crowd();
+    the_owner_that_came_back_has_time_to_log_in();
     a_trusted_address_comes_in_through_any_crowd();
     a_place_is_kept_for_the_owners_address();
     an_address_has_two_places_until_it_has_proven_anything();
