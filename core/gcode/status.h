@@ -103,6 +103,8 @@
     X(181, OBSERVER, "another client is in control, and the line had no effect: $TAKE takes control")        \
     X(182, REPORT_INTERVAL, "$RI= takes 0 (off) or 50 to 60000 ms")                                          \
     X(183, PENDANT, "a pendant and another client cannot command together, and the line had no effect")      \
+    X(184, JOG_STOPPED,                                                                                      \
+      "another client or a button stopped the jog: release the key for 0.5 s, then press it again")          \
     X(190, NO_SPINDLE_BUS,                                                                                   \
       "$395: the board has no RS-485 bus for a drive ([spindle_bus]): wificnc boards show")                  \
     X(191, UNKNOWN_VFD, "$395: no spindle has this number; docs/spindles.md lists the drives")               \

@@ -189,6 +189,7 @@ void action_estop(struct machine *machine) {
 
 /* The same request as `!`: it also removes a `~` that came before, and drops jogs that wait to be read. */
 void action_hold(struct machine *machine) {
+    machine_stopped_by_other(machine);
     rx_request(&machine->lines.rx, REALTIME_HOLD);
 }
 

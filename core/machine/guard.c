@@ -58,6 +58,8 @@ bool guard_poll(struct machine *machine) {
     const bool idle = machine->life.state == MACHINE_IDLE || machine->life.state == MACHINE_ALARM;
     if (now->start && !before.start && idle)
         machine->idle_starts++;
+    if ((now->hold && !before.hold) || (now->reset && !before.reset))
+        machine_stopped_by_other(machine);
     /* Buttons are the same requests as the bytes ! ~ and 0x18, and are carried out with them by
      * realtime_poll(). */
     rx_request(&machine->lines.rx, without_doubt(&machine->lines.rx, pressed(now, &before)));

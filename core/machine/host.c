@@ -270,6 +270,8 @@ enum refusal machine_host_jog(struct machine *machine, unsigned axis, int direct
         return REFUSAL_MALFORMED;
     if (axis >= machine->board.axis_count)
         return REFUSAL_AXIS;
+    if (jog_is_locked(machine))
+        return REFUSAL_BUSY;
     float most_mm_s = machine->drive.motion.plan.limits.max_rate_mm_s[axis];
     jog.speed_mm_s = min_f((float)speed_steps_s / machine->settings.steps_per_mm[axis], most_mm_s);
     bool same =

@@ -11,12 +11,49 @@
 #include "machine/parts.h"
 #include "machine/place.h"
 #include "machine/reach.h"
+#include "machine/report.h"
 #include "machine/state.h"
 
 #include <string.h> // memcpy, memset, memcmp
 
+#define RELEASED_US 500000u /* who holds a key asks again sooner */
+
+/* A key that is held asks again, or has more than one of its jogs under way. */
+static bool is_held(const struct machine *machine) {
+    const struct machine_jogs *jogs = &machine->jogs;
+    const bool parked_moves = machine->park.open && !machine_is_standing(machine);
+    return machine->life.state == MACHINE_JOG || parked_moves ||
+           (jogs->asked && hal_time_us(machine->hal) - jogs->asked_us < RELEASED_US);
+}
+
+static void note_asked(struct machine *machine) {
+    machine->jogs.asked = true;
+    machine->jogs.asked_us = hal_time_us(machine->hal);
+}
+
+void machine_stopped_by_other(struct machine *machine) {
+    if (!is_held(machine))
+        return;
+    machine->jogs.lock = JOG_LOCK_ON;
+    note_asked(machine);
+}
+
+bool jog_is_locked(struct machine *machine) {
+    struct machine_jogs *jogs = &machine->jogs;
+    if (hal_time_us(machine->hal) - jogs->asked_us >= RELEASED_US)
+        jogs->lock = JOG_LOCK_OFF;
+    note_asked(machine);
+    if (jogs->lock == JOG_LOCK_ON) {
+        jogs->lock = JOG_LOCK_TOLD;
+        report_message(machine, "Another client or a button stopped the jog: release the key");
+    }
+    return jogs->lock != JOG_LOCK_OFF;
+}
+
 enum status jog_begin(struct machine *machine, const char *text) {
     struct gcode_command *command = &machine->task.command;
+    if (jog_is_locked(machine))
+        return STATUS_JOG_STOPPED;
     enum status status = gcode_jog(&machine->interp.gcode, text, command);
     if (status != STATUS_OK)
         return status;

@@ -6,6 +6,26 @@
 #include "gcode/status.h"
 #include "machine/machine.h"
 
+#include <stdbool.h>
+#include <stdint.h>
+
+enum jog_lock {
+    JOG_LOCK_OFF,
+    JOG_LOCK_ON,  /* machine_stopped_by_other(): jogs that follow are refused */
+    JOG_LOCK_TOLD /* ... and one was, with the reason */
+};
+
+/** Of all who jog. */
+struct machine_jogs {
+    uint64_t asked_us; /* when the newest was asked for, or stopped */
+    bool asked;        /* one was, since the start */
+    enum jog_lock lock;
+};
+
+/** Ask it once for each jog that comes. @return true: it follows one that was stopped by another
+ * (machine_stopped_by_other()) */
+bool jog_is_locked(struct machine *machine);
+
 /** $J= with this text. @return STATUS_OK: it is a task now */
 enum status jog_begin(struct machine *machine, const char *text);
 

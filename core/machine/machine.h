@@ -52,6 +52,11 @@ uint32_t machine_event_us(const struct machine *machine);
  *  @param lines_wait  whole lines of it are still on their way to the machine */
 void machine_sender_lost(struct machine *machine, bool lines_wait);
 
+/** A stop or a reset, of which the machine hears next, is not of the one who jogs, but of another client or
+ * host, or of a button. A key that is held sends one jog behind the other: they are refused until none has
+ * come for 0.5 s. */
+void machine_stopped_by_other(struct machine *machine);
+
 /** Nothing more comes for now: planned moves start without waiting for look-ahead. */
 void machine_input_pause(struct machine *machine);
 

@@ -12,6 +12,7 @@
 #include "machine/host.h"
 #include "machine/inputs.h"
 #include "machine/interp.h"
+#include "machine/jog.h"
 #include "machine/lines.h"
 #include "machine/machine.h"
 #include "machine/motor_current.h"
@@ -48,6 +49,7 @@ struct machine {
     struct machine_trust trust;
     struct machine_suspend suspend;
     struct machine_park park;
+    struct machine_jogs jogs;
     struct machine_tool_change tool_change;
     struct machine_clock clock;
     struct machine_overrides overrides;

@@ -56,6 +56,13 @@ static void take_override(struct machine *machine, int byte) {
     report_changed_override(machine);
 }
 
+/* A host that jogs has an end of its own for that. */
+static void stop_hosts_jog(struct machine *machine) {
+    host_stop_jog(&machine->host);
+    if (machine->host.owns)
+        machine_stopped_by_other(machine);
+}
+
 /* Several may have come since the last poll. Jogs that wait to be read are dropped first, then motion stops,
  * and `~` comes last: rx.c has kept it only if it came after the hold. */
 static void take_bits(struct machine *machine, uint32_t bits) {
@@ -67,7 +74,7 @@ static void take_bits(struct machine *machine, uint32_t bits) {
         ((bits & REALTIME_HOLD) != 0 && (machine->life.state == MACHINE_JOG || machine->park.open)))
         lines_flush_jogs(&machine->lines);
     if ((bits & (REALTIME_JOG_CANCEL | REALTIME_HOLD)) != 0 && machine->life.state == MACHINE_JOG)
-        host_stop_jog(&machine->host);
+        stop_hosts_jog(machine);
     if ((bits & REALTIME_JOG_CANCEL) != 0 && machine->life.state == MACHINE_JOG)
         jog_cancel(machine);
     if ((bits & REALTIME_JOG_CANCEL) != 0) {

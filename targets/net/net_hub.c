@@ -91,7 +91,7 @@ static void look_after(struct net_client *client) {
 
 static void put_stop(struct net_hub *hub, struct net_client *client, uint8_t byte) {
     if (net_hub_may_stop(hub, client, byte))
-        net_hub_put_realtime(hub, client, byte);
+        net_hub_take_realtime(hub, client, byte);
 }
 
 static bool is_take(const char *line, size_t size) {
@@ -246,7 +246,7 @@ static void take_byte(struct net_hub *hub, struct net_client *client, uint8_t by
     if (hub->owner == NULL && !mid_line)
         net_hub_set_owner(hub, client);
     if (is_realtime) {
-        (client == hub->owner ? net_hub_put_realtime : put_stop)(hub, client, byte);
+        (client == hub->owner ? net_hub_take_realtime : put_stop)(hub, client, byte);
         return;
     }
     bool line_ends = byte == '\n' || byte == '\r';

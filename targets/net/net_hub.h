@@ -112,6 +112,8 @@ struct net_hub_ops {
     enum machine_whose (*whose)(void *ctx);
     /** Stops so far, wraps: a ~ from before one counts no more. NULL as above */
     uint8_t (*stops)(void *ctx);
+    /** machine_stopped_by_other(). NULL as above */
+    void (*stopped_by_other)(void *ctx);
     /** Bytes of lines that it would take now. NULL where `whose` is */
     size_t (*room)(void *ctx);
     /** Drop the job's lines that have not begun. @return how many. NULL: they are run */

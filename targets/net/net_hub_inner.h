@@ -46,7 +46,10 @@ void net_hub_explain(struct net_hub *hub, struct net_client *observer);
 /** Jogs that wait must not run any more. */
 void net_hub_call_off_jogs(struct net_client *client);
 
-/** A real-time byte of who may command, or a stop of who may stop. */
+/** A real-time byte of who may command, or a stop of who may stop, has come. */
+void net_hub_take_realtime(struct net_hub *hub, struct net_client *client, uint8_t byte);
+
+/** Give it to the controller. */
 void net_hub_put_realtime(struct net_hub *hub, struct net_client *client, uint8_t byte);
 
 /** Lines of a client that wait are forgotten. */
@@ -207,6 +210,9 @@ static inline bool net_hub_is_pendant(const struct net_client *client) {
 
 /** A byte of a pendant, other than a request for a report. */
 void net_hub_take_pendant(struct net_hub *hub, struct net_client *client, uint8_t byte);
+
+/** A jog that is under way is this client's. */
+bool net_hub_jogs(const struct net_hub *hub, const struct net_client *client);
 
 /** Bytes of a pendant were lost or damaged: its jog ends, as no one knows what it has said. */
 void net_hub_doubt_pendant(struct net_hub *hub, struct net_client *client);

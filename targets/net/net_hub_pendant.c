@@ -74,7 +74,7 @@ void net_hub_end_mpg(struct net_hub *hub, struct net_client *by) {
     if (!hub->mpg)
         return;
     call_off_lines(hub->hand);
-    net_hub_put_realtime(hub, by, JOG_CANCEL);
+    net_hub_take_realtime(hub, by, JOG_CANCEL);
     set_mpg(hub, false);
     net_hub_tell(hub, "The pendant has released control (MPG)");
 }
@@ -179,7 +179,7 @@ void net_hub_take_pendant(struct net_hub *hub, struct net_client *client, uint8_
     else if (byte == MPG_TOGGLE)
         toggle_mpg(hub, client);
     else
-        net_hub_put_realtime(hub, client, byte);
+        net_hub_take_realtime(hub, client, byte);
 }
 
 /* Its turn, or the newest of the operator's lines in a parked hold is its. */
@@ -187,6 +187,13 @@ static bool may_move(const struct net_hub *hub, const struct net_client *client)
     const enum machine_reads now = reads(hub);
     return hub->hand == client ||
            (hub->operators == client && (now == MACHINE_READS_OPERATORS || now == MACHINE_READS_SOON));
+}
+
+bool net_hub_jogs(const struct net_hub *hub, const struct net_client *client) {
+    if (net_hub_is_pendant(client))
+        return may_move(hub, client);
+    return client == hub->owner && hub->hand == NULL &&
+           (hub->operators == NULL || !may_move(hub, hub->operators));
 }
 
 void net_hub_doubt_pendant(struct net_hub *hub, struct net_client *client) {

@@ -71,6 +71,13 @@ static void reset(struct net_hub *hub, const struct net_client *by) {
     net_hub_hear(hub);
 }
 
+void net_hub_take_realtime(struct net_hub *hub, struct net_client *client, uint8_t byte) {
+    if ((byte == '!' || byte == JOG_CANCEL || byte == RESET) && !net_hub_jogs(hub, client) &&
+        hub->ops->stopped_by_other != NULL)
+        hub->ops->stopped_by_other(hub->ctx);
+    net_hub_put_realtime(hub, client, byte);
+}
+
 void net_hub_put_realtime(struct net_hub *hub, struct net_client *client, uint8_t byte) {
     const char character = (char)byte;
     if (byte == '!' || byte == JOG_CANCEL || byte == DOOR)

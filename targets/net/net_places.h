@@ -6,8 +6,8 @@
  * taken, a newcomer gets that of a connection that has proven nothing, of an address with at least two more
  * places than its own, or else that of one that has been idle for some time; one without a place that of
  * whoever has not logged in for longer than a login may wait for its turn. One place is kept for the
- * address of the owner, free or with a connection of that address, so that an owner that has lost its link can
- * come back and has the time to log in. */
+ * address of the owner, free or with a connection of that address, so that an owner that has lost its link
+ * can come back and has the time to log in. */
 #ifndef WIFICNC_NET_PLACES_H
 #define WIFICNC_NET_PLACES_H
 

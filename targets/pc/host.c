@@ -553,6 +553,10 @@ uint32_t host_drop_unread(struct host *host) {
     return dropped;
 }
 
+void host_stopped_by_other(struct host *host) {
+    machine_stopped_by_other(&host->machine);
+}
+
 void host_set_start(struct host *host, uint32_t start_id) {
     host->machine.board.start_id = start_id;
 }

@@ -163,6 +163,9 @@ void host_pendant_lost(struct host *host);
 uint32_t host_drop_unread(struct host *host);
 void host_set_mpg(struct host *host, bool on);
 
+/** machine_stopped_by_other() */
+void host_stopped_by_other(struct host *host);
+
 /** board.start_id (machine/board.h), which a host does not have by itself: virtual time has no chance. */
 void host_set_start(struct host *host, uint32_t start_id);
 

@@ -140,6 +140,10 @@ static uint8_t stops(void *ctx) {
     return machine_stops(host_machine(((struct serve *)ctx)->host));
 }
 
+static void stopped_by_other(void *ctx) {
+    host_stopped_by_other(((struct serve *)ctx)->host);
+}
+
 static size_t room(void *ctx) {
     return machine_line_room(host_machine(((struct serve *)ctx)->host));
 }
@@ -354,6 +358,7 @@ struct serve *serve_create(const struct serve_options *options, struct serve_fai
                                            .mpg = mpg,
                                            .whose = whose,
                                            .stops = stops,
+                                           .stopped_by_other = stopped_by_other,
                                            .room = room,
                                            .drop_unread = drop_unread};
     /* Real-time bytes act when they are read: room for what a sender pours without counting. */

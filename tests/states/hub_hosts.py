@@ -48,6 +48,7 @@ class HubHosts(RemoteHosts):
             reads=callback(Ops, "reads", lambda _ctx: LIB.host_reads(self._host)),
             whose=callback(Ops, "whose", lambda _ctx: LIB.machine_whose(self._machine)),
             stops=callback(Ops, "stops", lambda _ctx: LIB.machine_stops(self._machine)),
+            stopped_by_other=callback(Ops, "stopped_by_other", lambda _ctx: LIB.host_stopped_by_other(self._host)),
             room=callback(Ops, "room", lambda _ctx: LIB.machine_line_room(self._machine)),
             drop_unread=callback(Ops, "drop_unread", lambda _ctx: LIB.host_drop_unread(self._host)),
             busy=callback(Ops, "busy", lambda _ctx: LIB.host_is_busy(self._host)),

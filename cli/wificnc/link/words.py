@@ -97,6 +97,7 @@ ERRORS: dict[int, str] = {
     181: "another client is in control, and the line had no effect: $TAKE takes control",
     182: "$RI= takes 0 (off) or 50 to 60000 ms",
     183: "a pendant and another client cannot command together, and the line had no effect",
+    184: "another client or a button stopped the jog: release the key for 0.5 s, then press it again",
     190: "$395: the board has no RS-485 bus for a drive ([spindle_bus]): wificnc boards show",
     191: "$395: no spindle has this number; docs/spindles.md lists the drives",
     192: "a laser ($32=1) needs the board's PWM ($395=0); for a drive set $32=0 first",
