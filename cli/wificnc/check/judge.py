@@ -10,6 +10,7 @@ from itertools import groupby
 from wificnc.check.arcs import arc_hint
 from wificnc.check.finding import Finding, Severity
 from wificnc.job.ending import Ending
+from wificnc.job.program import refusal_hint
 from wificnc.sim.job import LineError, SimResult, ToolChange
 from wificnc.sim.native import AXES, SurveyArc, SurveyLine
 from wificnc.sim.report import laser_warning
@@ -56,6 +57,7 @@ def refused(errors: Iterable[LineError], arcs: Iterable[SurveyArc]) -> Iterator[
         hint = hints.get(error.line)
         if hint and first:
             hint = f"may follow from line {first}, whose move is missing; else {hint}"
+        hint = hint or (refusal_hint(error.code) if error.code else None)
         yield Finding("refused", Severity.ERROR, error.line, error.line, f"{error.title}: {error.text.strip()}", hint)
         first = first or error.line
 

@@ -7,13 +7,26 @@ from pathlib import Path
 import rich_click as click
 
 from wificnc import ui
+from wificnc.board.load import load_board
 from wificnc.build.host import ensure_host_library
 from wificnc.commands._output import OutputFile
 from wificnc.commands._program import max_lines_option
+from wificnc.errors import JobError
 from wificnc.job.expand import Expanded, Start, expand, load_expand
-from wificnc.job.program import LONGEST_CODE, expanded_comments, read_program
+from wificnc.job.program import (
+    LONGEST_CODE,
+    expanded_comments,
+    faults_text,
+    printable,
+    read_program,
+    refusal_hint,
+    split_lines,
+)
 from wificnc.output import STDOUT, write_output
 from wificnc.sim.job import read_job
+from wificnc.sim.native import load_library
+from wificnc.sim.refused import refused_lines
+from wificnc.sim.run import board_timing
 
 
 @click.command()
@@ -28,19 +41,32 @@ def command(file: Path, output: Path, at_zero: bool, number: bool, max_lines: in
     """Run the O words, expressions and parameters of a program FILE, and write the plain lines that are left.
 
     Any Grbl controller understands them. A program that depends on the machine's position, its offsets or a probe is
-    refused.
+    refused, and so are the lines that `wificnc check` refuses.
     """
     start = Start.AT_ZERO if at_zero else Start.ANYWHERE
     library = load_expand(ensure_host_library())
     data = read_job(file)
     read_program(file.name, data)  # refuses what `wificnc send` refuses
     expanded = expand(library, file.name, data, start, max_lines)
+    _refuse(file.name, data, expanded)
     text = commented_text(file.name, data, expanded, number)
     write_output("--output", output, text)
     if words := expanded.ending.words:
         ui.warn(f"{file.name}: {words}", expanded.ending.hint)
     if output != STDOUT:
         ui.note(f"wrote {output}: {len(expanded.numbers):,} lines")
+
+
+def _refuse(name: str, data: bytes, expanded: Expanded) -> None:
+    """Raises JobError: lines that the controller does not take."""
+    library, timing = load_library(ensure_host_library()), board_timing(load_board("host"))
+    raw, found = split_lines(data), dict[str, str]()
+    for refused in refused_lines(library, timing, expanded.text.decode("ascii").splitlines()):
+        number = expanded.numbers[refused.index]
+        line = f"{name}:{number}: error:{refused.code} {refused.message}: {printable(raw[number - 1]).strip()}"
+        found.setdefault(line, refusal_hint(refused.code))
+    if found:
+        raise JobError(faults_text([*found]), hint=next(iter(found.values())))
 
 
 def commented_text(name: str, data: bytes, expanded: Expanded, numbered: bool) -> bytes:

@@ -32,6 +32,7 @@ LONGEST_CODE = 79  # characters that every controller takes
 LONGEST_LINE = 256  # ... that ours take (core/config.h), and others with a large receive buffer
 LARGE_RX_BYTES = 1000
 FAULTS_SHOWN = 5
+UNSUPPORTED = 20  # error of a code that does not exist here
 
 
 @dataclass(frozen=True)
@@ -148,11 +149,23 @@ def read_program(name: str, data: bytes, jumps: bool | None = None) -> Program:
             faults += [f"{name}:{number}: {fault}" for fault in [_fault(raw, line)] if fault]
             lines.append(line)
     if faults:
-        more = [f"and {len(faults) - FAULTS_SHOWN} more lines like these"] if len(faults) > FAULTS_SHOWN else []
-        raise JobError("\n".join([*faults[:FAULTS_SHOWN], *more]), hint="nothing was executed; correct the file first")
+        raise JobError(faults_text(faults), hint="nothing was executed; correct the file first")
     if not any(line.code for line in lines):
         raise JobError(f"{name} has no G-code")
     return Program(tuple(lines), len(raw_lines), marks, ending)
+
+
+def faults_text(faults: Sequence[str]) -> str:
+    """The first of them, and how many there are."""
+    more = [f"and {len(faults) - FAULTS_SHOWN} more lines like these"] if len(faults) > FAULTS_SHOWN else []
+    return "\n".join([*faults[:FAULTS_SHOWN], *more])
+
+
+def refusal_hint(code: int) -> str:
+    """What to do about a line that the controller refuses. @param code  of its answer"""
+    if code == UNSUPPORTED:
+        return "docs/gcode.md lists the codes: make the program with a post-processor for Grbl, or remove the code"
+    return "correct the line; docs/errors.md explains the error"
 
 
 def _comment(raw: bytes, code: bytes) -> bytes:
