@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field
 
 from wificnc.board.chip import Strict
 from wificnc.board.wire import InputWire, OutputWire
+from wificnc.checked.values import WholeChoice
 from wificnc.protocol.tmc import load_tmcs
 
 
@@ -76,7 +77,7 @@ class Dial(Strict):
 
     a: InputWire = Field(description="line A")
     b: InputWire = Field(description="line B; exchanged with a, the dial turns the other way")
-    counts_per_detent: Literal[1, 2, 4] = Field(
+    counts_per_detent: Annotated[Literal[1, 2, 4], WholeChoice] = Field(
         default=4, description="edges of both lines from one detent to the next; a wheel of 100 pulses a turn has 4"
     )
     axis: DialAxes = Field(default=DialAxes(), description="its axis switch; without one $400 says which axis")

@@ -58,7 +58,7 @@ def load_board(ref: str | Path) -> Board:
             raise FileProblems(locate(findings, source))
     except FileProblems as err:
         raise BoardProblems(err.problems) from err
-    fields = {name: getattr(file, name) for name in BoardFile.model_fields if name != "schema_version"}
+    fields = {name: getattr(file, name) for name in file.model_fields_set if name != "schema_version"}
     sha256 = text_sha256(source.text + chip.sha256)
     return Board(schema=1, id=path.stem, path=path, sha256=sha256, pins=chip, **fields)
 

@@ -14,6 +14,7 @@ from wificnc.board.buses import Dial, DriverBus, Drivers, Ethernet, Pendant, Ser
 from wificnc.board.chip import Chip, Level, LooseTuple, Pull, Strict
 from wificnc.board.wire import InputWire, OutputWire, Reason, Wire
 from wificnc.checked.problem import KeyPath, key_text
+from wificnc.checked.values import Text, WholeChoice, distinct, not_empty
 
 AXIS_LETTERS = "XYZABC"
 AXES_MAX = len(AXIS_LETTERS)
@@ -27,10 +28,10 @@ class Memory(Strict):
     """Flash and PSRAM; the mode decides which pins they take."""
 
     mode: str = Field(description="memory variant of the chip, a key of [memory] in its pin table")
-    flash_mb: Annotated[tuple[int, ...], LooseTuple] = Field(
+    flash_mb: Annotated[tuple[int, ...], LooseTuple, distinct()] = Field(
         default=(), description="flash sizes the board is sold with, MB"
     )
-    psram_mb: Annotated[tuple[int, ...], LooseTuple] = Field(
+    psram_mb: Annotated[tuple[int, ...], LooseTuple, distinct()] = Field(
         default=(), description="PSRAM sizes, MB; 0 = sold without"
     )
 
@@ -41,7 +42,7 @@ class Timing(Strict):
     timer_hz: int = Field(ge=1_000_000, le=100_000_000, description="step timer, ticks per second")
     step_pulse_ns: int = Field(ge=100, le=50_000, description="shortest step high time, and at least the same low")
     default_pulse_us: int = Field(
-        default=0, ge=0, le=255, description="what $0 starts at, for drivers that want more; left out: step_pulse_ns"
+        default=0, ge=1, le=255, description="what $0 starts at, for drivers that want more; left out: step_pulse_ns"
     )
     dir_setup_ns: int = Field(ge=0, le=50_000, description="direction stable before a step")
     max_step_rate_hz: int = Field(ge=1_000, le=2_000_000, description="fastest steps of one axis")
@@ -119,7 +120,7 @@ class Outputs(Strict):
     charge_pump: OutputWire | None = Field(default=None, description="square wave that keeps a safety relay closed")
     charge_pump_hz: int = Field(default=10_000, ge=1, le=20_000, description="what $73 starts at, with a charge_pump")
     servo: OutputWire | None = Field(default=None, description="pulses of 0.5 to 2.5 ms for an RC servo, $85 to $87")
-    misc: Annotated[tuple[OutputWire, ...], LooseTuple] = Field(default=(), max_length=MISC_OUT_MAX)
+    misc: Annotated[tuple[OutputWire, ...], LooseTuple, not_empty] = Field(default=(), max_length=MISC_OUT_MAX)
 
 
 class Inputs(Strict):
@@ -128,7 +129,7 @@ class Inputs(Strict):
     probe: InputWire | None = None
     toolsetter: InputWire | None = Field(default=None, description="second probe input, of a tool setter")
     estop: InputWire | None = None
-    misc: Annotated[tuple[InputWire, ...], LooseTuple] = Field(default=(), max_length=MISC_IN_MAX)
+    misc: Annotated[tuple[InputWire, ...], LooseTuple, not_empty] = Field(default=(), max_length=MISC_IN_MAX)
 
 
 class Encoder(Strict):
@@ -152,46 +153,48 @@ class ShiftRegisters(Strict):
     bck: OutputWire = Field(description="shift clock, SRCLK")
     data: OutputWire = Field(description="serial input of the first register, SER")
     ws: OutputWire = Field(description="latch, RCLK: its rising edge shows a word")
-    outputs: Literal[8, 16, 24, 32] = Field(description="of all registers; I2SO.0 is the first register's QA")
+    outputs: Annotated[Literal[8, 16, 24, 32], WholeChoice] = Field(description="of all registers; I2SO.0 is the first register's QA")
 
 
 class Header(Strict):
     """One row of pins as it lies on the board, top to bottom; names that are no chip pins are power and reset."""
 
-    name: str
+    name: Text
     side: Literal["left", "right"]
-    pins: Annotated[tuple[str, ...], LooseTuple] = Field(min_length=1)
+    pins: Annotated[tuple[Text, ...], LooseTuple] = Field(min_length=1)
 
 
 class Deviation(Strict):
     """Where this map differs from the published one."""
 
-    key: str = Field(description="the key in this file, such as axis.b.dir or input.misc[2]")
-    published: str = Field(description='the pin in the published map; "none" if the map has none')
+    key: Text = Field(description="the key in this file, such as axis.b.dir or input.misc[2]")
+    published: Text = Field(description='the pin in the published map; "none" if the map has none')
     why: Reason
 
 
 class Source(Strict):
     """Where the published map is."""
 
-    map: str
-    board: str
-    url: str | None = None
+    map: Text
+    board: Text
+    url: Annotated[Text, Field(pattern=r"^https?://")] | None = None
 
 
 class BoardFile(Strict):
     """A board of WiFiCNC: what is wired where, and how fast it may step."""
 
-    schema_version: Literal[1] = Field(alias="schema", description="always 1, and always the first key")
-    name: str
-    summary: str
+    schema_version: Annotated[Literal[1], WholeChoice] = Field(alias="schema", description="always 1, and always the first key")
+    name: Text
+    summary: Text
     target: str = Field(description="folder under targets/")
     chip: str = Field(description="chip of that target")
     source: Source
     memory: Memory
     timing: Timing
     step: Step = Step()
-    onboard: Annotated[tuple[str, ...], LooseTuple] = Field(default=(), description="pins wired on the board itself")
+    onboard: Annotated[tuple[str, ...], LooseTuple, distinct()] = Field(
+        default=(), description="pins wired on the board itself"
+    )
     axis: AxisSet
     output: Outputs = Outputs()
     input: Inputs = Inputs()
@@ -205,9 +208,11 @@ class BoardFile(Strict):
     driver_bus: DriverBus | None = None
     driver: Drivers = Drivers()
     i2so: ShiftRegisters | None = None
-    note: Annotated[tuple[str, ...], LooseTuple] = Field(default=(), description="notes for the user before wiring")
-    header: Annotated[tuple[Header, ...], LooseTuple] = ()
-    deviation: Annotated[tuple[Deviation, ...], LooseTuple] = ()
+    note: Annotated[tuple[Text, ...], LooseTuple, distinct()] = Field(
+        default=(), description="notes for the user before wiring"
+    )
+    header: Annotated[tuple[Header, ...], LooseTuple, distinct(lambda header: (header.side, header.name))] = ()
+    deviation: Annotated[tuple[Deviation, ...], LooseTuple, distinct(lambda each: each.key)] = ()
 
     def uses(self) -> tuple[Use, ...]:
         """Every wired pin, in the order of the signals."""

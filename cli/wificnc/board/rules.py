@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import replace
 from math import ceil
+from typing import Any
 
 from wificnc.board.chip import Chip
 from wificnc.board.driver_rules import drivers
-from wificnc.board.model import AXES_MAX, AXIS_LETTERS, BoardFile, Role, Use
+from wificnc.board.model import AXES_MAX, AXIS_LETTERS, BoardFile, Led, Role, Timing, Use
 from wificnc.board.shift_registers import on_grid_ns, pulse_engine, shift_registers
-from wificnc.board.wire import OutputWire
+from wificnc.board.wire import OutputWire, Wire
 from wificnc.checked.problem import Finding, KeyPath, key_text
-from wificnc.checked.shape import closest
+from wificnc.checked.shape import closest, step_type
 
 NS_PER_S = 1_000_000_000
 SPARE_EVENTS_HZ = 500  # a segment takes 2 ms or more
@@ -419,11 +421,31 @@ def _pulse_timing(board: BoardFile, chip: Chip) -> Iterator[Finding]:
         yield Finding("pulse-timing", ("timing", "max_step_rate_hz"), reason, hint)
 
 
+def _onboard(board: BoardFile, chip: Chip) -> Iterator[Finding]:
+    for index, pin in enumerate(board.onboard):
+        if pin not in chip.pin:
+            meant = closest(pin, chip.pin)
+            hint = f"did you mean {meant}?" if meant else None
+            yield Finding("no-such-pin", ("onboard", index), f"{chip.name} has no pin {pin!r}", hint)
+
+
 def _deviations(board: BoardFile, chip: Chip) -> Iterator[Finding]:
     for index, deviation in enumerate(board.deviation):
-        if board.value_of(deviation.key) == deviation.published:
+        if not _is_wire_or_time(deviation.key):
+            reason = f"{deviation.key!r} is not a pin or a time of a board file"
+            yield Finding("stale-deviation", ("deviation", index, "key"), reason, "such as axis.b.dir or input.misc[2]")
+        elif board.value_of(deviation.key) == deviation.published:
             reason = f"{deviation.key} is {deviation.published} here too: this is not a deviation"
             yield Finding("stale-deviation", ("deviation", index), reason, "remove it, or correct its key")
+
+
+def _is_wire_or_time(key: str) -> bool:
+    """Whether a board file can have it, and a deviation can compare it."""
+    here: Any = BoardFile
+    for part in re.sub(r"\[(\d+)\]", r".\1", key).split("."):
+        here = step_type(here, int(part) if part.isdecimal() else part)
+    is_wire = isinstance(here, type) and issubclass(here, Wire | Led)
+    return is_wire or key.removeprefix("timing.") in Timing.model_fields
 
 
 # And the tables that they read, apart from the place that they name.
@@ -444,6 +466,7 @@ BOARD_RULES: dict[BoardRule, tuple[str, ...]] = {
     _memory: (),
     _spi_host: (),
     _header_names: (),
+    _onboard: ("i2so",),
     _timer: ("timing",),
     _pulse_timing: ("timing", "step", "i2so"),
     _default_pulse: ("timing",),

@@ -7,8 +7,9 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field, model_validator
 
 from wificnc.board.chip import Level, Pull, Strict
+from wificnc.checked.values import Text
 
-Reason = Annotated[str, Field(min_length=10)]
+Reason = Annotated[Text, Field(min_length=10)]
 
 
 class Wire(Strict):

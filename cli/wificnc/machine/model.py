@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
+from wificnc.checked.values import Text, WholeChoice
 from wificnc.protocol import AXES, load_settings
 
 Value = bool | int | float
@@ -195,8 +196,8 @@ class Coolant(_Table):
 class Machine(_Table):
     """A machine profile. What it reports ($10, $13) is the user's taste, not the machine's: no keys for it."""
 
-    schema_: Annotated[Literal[1], Field(alias="schema")]
-    name: Annotated[str, Field(min_length=1)]
+    schema_: Annotated[Literal[1], WholeChoice, Field(alias="schema")]
+    name: Text
     axis: Axes
     kinematics: Kinematics = Kinematics()
     motion: Motion = Motion()
