@@ -5,9 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from wificnc.board.load import check_board
 from wificnc.checked.problem import FileProblems
 from wificnc.fluidnc.convert import import_fluidnc
 from wificnc.fluidnc.remarks import Kind
+from wificnc.machine import check_machine
 
 AXIS_X = """axes:
   x:
@@ -92,3 +94,64 @@ def test_times_that_are_too_long_become_the_longest(tmp_path: Path, key: str, us
 def test_digits_of_another_alphabet_are_no_pin(tmp_path: Path) -> None:
     with pytest.raises(FileProblems, match="is not a pin"):
         import_fluidnc(write(tmp_path, AXIS_X.replace("gpio.25", "gpio.２５")))
+
+
+WHOLE = AXIS_X.replace("cycle: 1", "cycle: 1\n      feed_mm_per_min: 50").replace(
+    "steps_per_mm: 80",
+    "steps_per_mm: 80\n    max_rate_mm_per_min: 900\n    acceleration_mm_per_sec2: 70\n    max_travel_mm: 300",
+) + (
+    "stepping:\n  pulse_us: 4\n  dir_delay_us: 1\n  idle_ms: 200\njunction_deviation_mm: 0.01\narc_tolerance_mm: 0.002\n"
+    "coolant:\n  delay_ms: 100\n  flood_pin: gpio.2\nPWM:\n  output_pin: gpio.27\n  pwm_hz: 5000\n  spinup_ms: 100\n"
+)
+
+
+def changed(key: str, value: str, folder: Path) -> Path:
+    old = next(line for line in WHOLE.splitlines() if line.strip().startswith(f"{key}:"))
+    return write(folder, WHOLE.replace(old, old.partition(":")[0] + f": {value}"))
+
+
+def said_of(key: str, path: Path) -> list[str]:
+    """Of the importer and of the checks of its files."""
+    imported = import_fluidnc(path)
+    board, machine = path.with_name("board.toml"), path.with_name("machine.toml")
+    board.write_text(imported.board_text(path.name), encoding="utf-8")
+    machine.write_text(imported.machine_text(path.name), encoding="utf-8")
+    remarks = [str(remark) for kind in Kind for remark in imported.remarks.of(kind) if remark.key.endswith(key)]
+    return [*remarks, *map(str, check_board(board)), *map(str, check_machine(machine))]
+
+
+NUMBERS = (
+    "steps_per_mm", "max_rate_mm_per_min", "acceleration_mm_per_sec2", "max_travel_mm", "cycle", "feed_mm_per_min",
+    "pulse_us", "dir_delay_us", "idle_ms", "junction_deviation_mm", "arc_tolerance_mm", "delay_ms", "pwm_hz", "spinup_ms",
+)  # fmt: skip
+
+
+@pytest.mark.parametrize("value", ["", "NO_PIN", "-5", "abc", "1e9"])
+@pytest.mark.parametrize("key", NUMBERS)
+def test_a_wrong_number_is_never_replaced_in_silence(key: str, value: str, tmp_path: Path) -> None:
+    assert said_of(key, changed(key, value, tmp_path))
+    assert not said_of(key, write(tmp_path, WHOLE))
+
+
+@pytest.mark.parametrize("value", ["0", "1e-9"])
+@pytest.mark.parametrize(
+    "key", ["steps_per_mm", "max_rate_mm_per_min", "acceleration_mm_per_sec2", "max_travel_mm", "pulse_us"]
+)
+def test_a_number_that_must_be_above_zero(key: str, value: str, tmp_path: Path) -> None:
+    assert said_of(key, changed(key, value, tmp_path))
+
+
+def test_a_travel_of_zero_gets_fluidncs_default(tmp_path: Path) -> None:
+    imported = import_fluidnc(changed("max_travel_mm", "0", tmp_path))
+    assert imported.machine["axis"]["x"]["travel_mm"] == 1000
+    (remark,) = [each for each in imported.remarks.of(Kind.LOST) if each.key == "axes.x.max_travel_mm"]
+    assert "0 is not a value for it" in remark.why and "1000, FluidNC's default" in remark.why
+
+
+def test_a_rotary_axis_may_be_endless(tmp_path: Path) -> None:
+    text = AXIS_X.replace("steps_per_mm: 80", "steps_per_mm: 80\n    max_travel_mm: 300")
+    rotary = text.replace("axes:\n  x:", "  a:").replace("300", "0").replace("gpio.2", "gpio.1").replace("34", "35")
+    more = "".join(text.replace("axes:\n  x:", f"  {name}:").replace("gpio.2", f"gpio.{n}") for n, name in ((1, "y"), (3, "z")))
+    imported = import_fluidnc(write(tmp_path, text + more + rotary))
+    assert imported.machine["axis"]["a"]["travel_deg"] == 0
+    assert not [each for each in imported.remarks.of(Kind.LOST) if "max_travel" in each.key]

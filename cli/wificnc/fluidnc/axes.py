@@ -27,6 +27,9 @@ _NUMBERS = {
     "acceleration_mm_per_sec2": ("acceleration_{}_s2", 25.0),
 }
 
+_TRAVEL = 1000.0  # FluidNC's default
+_CYCLES = range(-1, len(AXES) + 1)  # of homing; 0 and -1: not by $H
+
 
 @dataclass
 class AxisFacts:
@@ -82,12 +85,13 @@ def _read_axis(letter: str, part: Section, remarks: Remarks) -> AxisFacts:
     facts.profile = {
         ours.format(unit): part.positive(name, default, remarks) for name, (ours, default) in _NUMBERS.items()
     }
-    travel = part.number("max_travel_mm")
-    if travel is not None:
+    if "max_travel_mm" in part.values:
+        is_endless = letter not in LINEAR and part.number("max_travel_mm") == 0
+        travel = 0.0 if is_endless else part.positive("max_travel_mm", _TRAVEL, remarks)
         facts.profile[f"travel_{unit}"] = travel
     facts.soft = part.flag("soft_limits")
     part.skip("idle_disable")
-    _read_homing(facts, part)
+    _read_homing(facts, part, remarks)
     motors = [name for name in ("motor0", "motor1") if name in part.sections]
     for number, name in enumerate(motors):
         _read_motor(facts, part.section(name), remarks, second=number == 1)
@@ -98,11 +102,15 @@ def _read_axis(letter: str, part: Section, remarks: Remarks) -> AxisFacts:
     return facts
 
 
-def _read_homing(facts: AxisFacts, part: Section) -> None:
+def _read_homing(facts: AxisFacts, part: Section, remarks: Remarks) -> None:
     if "homing" not in part.sections:
         return
     homing = part.section("homing")
     facts.cycle = homing.whole("cycle")
+    if facts.cycle not in _CYCLES:
+        why = f"{facts.cycle} is not a homing cycle, which is -1 to {len(AXES)}: the axis is not homed"
+        remarks.lost(f"{homing.path}.cycle", homing.line_of("cycle"), why)
+        facts.cycle = 0
     if facts.cycle > 0:
         facts.profile["home_at"] = "max" if homing.flag("positive_direction") else "min"
     facts.feed, facts.seek = homing.number("feed_mm_per_min"), homing.number("seek_mm_per_min")

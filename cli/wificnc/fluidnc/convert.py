@@ -26,6 +26,7 @@ from wificnc.fluidnc.tree import Section, read_fluidnc
 NS_PER_S, NS_PER_US = 1_000_000_000, 1_000
 _PULSE_NS, _DIR_NS, _RATE_HZ, _TIMER_HZ = 1_800, 1_900, 250_000, 20_000_000  # as our own ESP32 boards
 _TICK_NS = NS_PER_S // _TIMER_HZ
+_LEAST_PULSE_US = 1  # whole microseconds
 _PULSE_US_MAX, _DIR_US_MAX = 255, 50  # of [timing] in a board file
 _SPI_RATE_HZ = 160_000  # of boards/esp32s3-devkitc-shift.toml
 _WORD_NS, _SHIFTED_OUTPUTS = 2_000, 32  # of the ESP32's I2S peripheral; of shift registers
@@ -188,8 +189,12 @@ def _timing(stepping: Section, engine: str, chip: Chip, remarks: Remarks) -> dic
 
 
 def _time_us(stepping: Section, name: str, most_us: int, remarks: Remarks) -> float:
-    us = stepping.number(name) or 0.0
-    if us > most_us:
+    us = stepping.number(name)
+    if us is None:
+        return 0.0
+    if us < 0 or (us < _LEAST_PULSE_US and name == "pulse_us"):
+        remarks.lost(f"stepping.{name}", stepping.line_of(name), f"{us:g} us is not a value for it: the board's own")
+    elif us > most_us:
         remarks.changed(f"stepping.{name}", stepping.line_of(name), f"{us:g} us; at most {most_us} us here")
     return max(0.0, min(us, most_us))
 
@@ -214,7 +219,7 @@ def _list_left(root: Section, remarks: Remarks) -> None:
         first = key.partition(".")[0]
         why = next((why for name, why in _NOT_HERE.items() if first.startswith(name)), None)
         if why is None:
-            why = f"{text!r} is not understood" if text else "is not known here"
+            why = "is not known here" if text is None else f"{text!r} is not understood" if text else "has no value"
             remarks.lost(key, line, why)
         else:
             remarks.lost(first, root.line_of(first), why)

@@ -22,7 +22,7 @@ def profile_data(
         "axis": {facts.letter.lower(): facts.profile for facts in axes},
         "kinematics": _kinematics(root, remarks),
         "motion": _motion(root),
-        "stepper": _stepper(root.section("stepping")),
+        "stepper": _stepper(root.section("stepping"), remarks),
         "limits": _limits(axes, remarks),
         "homing": _homing(axes, remarks),
         "spindle": spindle,
@@ -51,13 +51,16 @@ def _motion(root: Section) -> dict[str, Any]:
     return {name: value for name in names if (value := root.number(name)) is not None}
 
 
-def _stepper(stepping: Section) -> dict[str, Any]:
+def _stepper(stepping: Section, remarks: Remarks) -> dict[str, Any]:
     made: dict[str, Any] = {}
     pulse_us, idle_ms = stepping.number("pulse_us"), stepping.number("idle_ms")
-    if pulse_us:
+    if pulse_us is not None and pulse_us >= 1:
         made["step_pulse_us"] = min(int(pulse_us), _PULSE_US_MAX)
     if idle_ms is not None:
         made["idle_delay_ms"] = min(int(idle_ms), _IDLE_MS_MAX)
+        if idle_ms > _IDLE_MS_MAX:
+            why = f"{idle_ms:g} ms; $1 takes 254 ms at most: 255, the motors stay on"
+            remarks.changed("stepping.idle_ms", stepping.line_of("idle_ms"), why)
     return made
 
 

@@ -21,6 +21,7 @@ from wificnc.fluidnc.remarks import Remarks
 _LINE = re.compile(r"^(?P<indent>\s*)(?P<key>[A-Za-z0-9_ ]+?)\s*:(?P<value>.*)$")
 _COMMENT = re.compile(r"(^|\s)#.*$")
 _CHARACTERS_MAX = 500_000  # those of real machines have 20,000
+_LEAST = 0.001  # of a number above 0: smaller ones are slips, and profiles have no digits for them
 _NOTHING = ("", "no_pin", "null", "~", "{}")
 
 # What earlier versions of FluidNC called a key.
@@ -65,6 +66,7 @@ class Section:
     values: dict[str, Value] = field(default_factory=dict)
     sections: dict[str, Section] = field(default_factory=dict)
     _taken: set[str] = field(default_factory=set)
+    _numbers: set[str] = field(default_factory=set)  # that have none
 
     def take(self, name: str) -> str | None:
         """The value, read from now on; None where it is missing, empty or NO_PIN."""
@@ -73,15 +75,17 @@ class Section:
         return found.text if found and found.text.lower() not in _NOTHING else None
 
     def number(self, name: str) -> float | None:
-        """A finite one; any other text is not taken."""
+        """A finite one; any other text, and an empty one, is not taken."""
         text = self.take(name)
         try:
             number = float(text) if text is not None else None
         except ValueError:
             number = math.nan
-        if number is None or math.isfinite(number):
+        if number is not None and math.isfinite(number):
             return number
-        self._taken.discard(name)
+        if name in self.values:
+            self._taken.discard(name)
+            self._numbers.add(name)
         return None
 
     def whole(self, name: str) -> int:
@@ -95,7 +99,7 @@ class Section:
     def positive(self, name: str, default: float, remarks: Remarks) -> float:
         """A number above 0. Where it is missing FluidNC has the default; where it is none, that is a remark."""
         number = self.number(name)
-        if number is not None and number > 0:
+        if number is not None and number >= _LEAST:
             return number
         self.take(name)
         if name in self.values:
@@ -132,16 +136,16 @@ class Section:
         found = self.values.get(name) or self.sections.get(name)
         return found.line if found else self.line
 
-    def left(self) -> Iterator[tuple[str, int, str]]:
-        """What has not been taken: path, line, text. A section that is left is one entry."""
+    def left(self) -> Iterator[tuple[str, int, str | None]]:
+        """What has not been taken: path, line, text. A section that is left is one entry, with None."""
         for name, value in self.values.items():
-            if name not in self._taken and value.text.lower() not in _NOTHING:
+            if name not in self._taken and (name in self._numbers or value.text.lower() not in _NOTHING):
                 yield f"{self.path}.{name}".strip("."), value.line, value.text
         for name, part in self.sections.items():
             if name in self._taken:
                 yield from part.left()
             elif not part.is_empty():
-                yield part.path, part.line, ""
+                yield part.path, part.line, None
 
 
 def read_fluidnc(path: Path) -> Section:
