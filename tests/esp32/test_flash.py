@@ -97,8 +97,8 @@ def test_erase_forgets_the_settings(chip: Mock, build: Path, tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("setting", "words"),
     [
-        ("p_sx=24", "the ESP32-S3 has no GPIO24"),
-        ("p_sx=29", "GPIO29 of the ESP32-S3 is taken by"),
+        ("p_sx=25", "the ESP32-S3 has no GPIO25"),
+        ("p_sx=27", "GPIO27 of the ESP32-S3 is taken by"),
         ("io_p0=22", "no GPIO22"),
     ],
 )

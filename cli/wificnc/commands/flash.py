@@ -22,7 +22,8 @@ from wificnc.commands._finite import FiniteRange
 from wificnc.commands._port import connected, port_option, progress_bars
 from wificnc.commands._secret import READ, Secret
 from wificnc.commands._target import json_option
-from wificnc.errors import BuildError, FlashError
+from wificnc.commands._together import refuse_given
+from wificnc.errors import BuildError, FlashError, UserError
 from wificnc.flash.find import firmware_folder
 from wificnc.flash.ota import PORT as OTA_PORT
 from wificnc.flash.ota import Hello, Signed, greeted
@@ -67,7 +68,9 @@ BANNER_S = 8.0  # its start, and WiFi's
 @click.option("--tool", type=click.Choice([*(runner.name for runner in RUNNERS), OWN]),
               help="PIC32MZ only: the programmer; uhb is built in and uses the board's USB bootloader.")  # fmt: skip
 @json_option
+@click.pass_context
 def command(
+    ctx: click.Context,
     board_ref: str,
     port: str | None,
     baud: int,
@@ -88,14 +91,13 @@ def command(
     What the controller has stored, settings, WiFi and passwords, stays unless --erase is given.
     """
     board = load_board(board_ref)
-    check_other_board(other_board, ota_host)
+    check_options(ctx, board.target, ota_host)
     if folder is None:
         folder = firmware_folder(board.id)
         ui.note(f"firmware  {folder}")
     if verify_boot:
         try_out(board, folder)
     if board.target == "pic32mz":
-        check_options_of_pic32mz(erase or ota_host is not None or port is not None)
         done = flash_pic32mz(board, folder, tool, dry_run)
     elif ota_host is not None:
         load_regions(folder, esp32_board(board_ref), esp32_partitions())
@@ -109,16 +111,20 @@ def command(
             click.echo(line)
 
 
-def check_options_of_pic32mz(has_others: bool) -> None:
-    """Raises FlashError."""
-    if has_others:
-        raise FlashError("--erase, --ota and --port are not for a PIC32MZ: its programmer decides")
-
-
-def check_other_board(other_board: bool, ota_host: str | None) -> None:
-    """Raises FlashError."""
-    if other_board and ota_host is None:
-        raise FlashError("--other-board is for --ota; over USB, BOARD decides")
+def check_options(ctx: click.Context, target: str, ota_host: str | None) -> None:
+    """Raises FlashError: an option that this way to write the firmware does not have."""
+    by_usb = ("erase", "port", "baud", "verify", "wait_s")
+    try:
+        if target == "pic32mz":
+            refuse_given(ctx, (*by_usb, "ota_host", "other_board", "key"), "is not for a PIC32MZ: its programmer decides")
+            return
+        refuse_given(ctx, ("tool",), "is for a PIC32MZ, and this board has none")
+        if ota_host is None:
+            refuse_given(ctx, ("other_board", "key"), "is for --ota; over USB, BOARD decides")
+        else:
+            refuse_given(ctx, by_usb, "is not for --ota: leave one of them out")
+    except UserError as err:
+        raise FlashError(err.message) from err
 
 
 def try_out(board: Board, folder: Path) -> None:

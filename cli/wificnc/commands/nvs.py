@@ -15,13 +15,14 @@ from wificnc.commands._output import OutputFile
 from wificnc.commands._port import connected, port_option, progress_bars
 from wificnc.commands._secret import ASKED, Secret
 from wificnc.commands._target import json_option
+from wificnc.commands._together import refuse_given
 from wificnc.commands.flash import esp32_board, esp32_partitions
 from wificnc.errors import Exit, FlashError, UserError
 from wificnc.flash.plan import Chip, Region, check_model
 from wificnc.machine import load_machine
 from wificnc.machine.fit import check_fit
 from wificnc.nvs.build import build_image
-from wificnc.nvs.fit import check_chip_pins, check_pins
+from wificnc.nvs.fit import check_chip_pins, check_pins, chips_that_fit
 from wificnc.nvs.image import Entry, NvsImage, read_image
 from wificnc.nvs.values import (
     differences,
@@ -57,7 +58,9 @@ def command() -> None:
               help="A name of your network that leads to the page, such as shop.lan; repeatable.")  # fmt: skip
 @click.option("--set", "numbers", multiple=True, metavar="KEY=N", help="A key of protocol/nvs.toml, such as p_sx=4.")
 @json_option
+@click.pass_context
 def build(
+    ctx: click.Context,
     machine: str,
     output: Path,
     board_ref: str | None,
@@ -71,12 +74,18 @@ def build(
     """Make an image of a machine profile. The controller's own network gets a new random password."""
     if as_json and output == STDOUT:
         raise UserError("--json and --output - both use stdout", hint="--output FILE")
+    if ssid is None:
+        refuse_given(ctx, ("wifi_password",), "has no effect without --ssid", hint="--ssid NAME is the network to join")
     profile = load_machine(machine)
     moved = [*map(number_entry, numbers)]
     if board_ref is not None:
         board = esp32_board(board_ref)
         check_fit(board, profile)
         check_pins(board, moved)
+    fitting = chips_that_fit(moved) if board_ref is None else [board_ref]
+    if fitting and board_ref is None:
+        ui.warn(f"the pins are of {' and '.join(fitting)}; whether a board has them free was not checked",
+                hint="--board BOARD checks them")  # fmt: skip
     own = random_password()
     texts = {"wifi_ssid": ssid, "wifi_pass": wifi_password, "access_key": access_key, "ap_pass": own}
     texts["http_names"] = ",".join(map(parse_host_name, http_names)) or None
@@ -86,7 +95,8 @@ def build(
     ui.note(f"wrote {output}: {len(entries)} keys")
     ui.note(f"password of the controller's own network: {own}")
     if as_json:
-        ui.emit_json({"file": str(output), "keys": [entry.key for entry in entries], "own_password": own})
+        keys = [entry.key for entry in entries]
+        ui.emit_json({"file": str(output), "keys": keys, "pins_fit": fitting, "own_password": own})
 
 
 @command.command("read")
@@ -97,8 +107,13 @@ def build(
 )
 @secrets_option
 @json_option
-def read(file: Path | None, port: str | None, output: Path | None, show_secrets: bool, as_json: bool) -> None:
+@click.pass_context
+def read(ctx: click.Context, file: Path | None, port: str | None, output: Path | None, show_secrets: bool, as_json: bool) -> None:
     """Show the contents of FILE, or of the board at the port."""
+    if file is not None:
+        refuse_given(ctx, ("port",), "has no effect with FILE: either of them is read")
+    if output == STDOUT:
+        refuse_given(ctx, ("show_secrets", "as_json"), "is for the table, and -o - writes the image to stdout instead")
     data = read_bytes(file, IMAGE_MAX) if file is not None else read_board(port)
     image = read_image(data)
     if output is not None:

@@ -17,6 +17,7 @@ from wificnc.build.host import ensure_host_library
 from wificnc.commands._finite import FINITE, FiniteRange
 from wificnc.commands._program import max_lines_option
 from wificnc.commands._target import controller_option, json_option, position_json
+from wificnc.commands._together import refuse_given
 from wificnc.errors import BuildError, Exit, JobError, UserError
 from wificnc.job.estimate import Estimate
 from wificnc.job.expand import Start, expand, load_expand, needs_expansion
@@ -31,6 +32,7 @@ from wificnc.live import JobDisplay, clock, final_position
 from wificnc.sim.job import read_job
 from wificnc.sim.native import load_library
 
+FOR_A_RESUME = ("start_id", "safe_z", "spindle_wait", "plunge_feed", "yes")
 LINE_NUMBERS = "N"  # among the flags of [OPT:]
 EXITS = {End.LINK_LOST: Exit.DEVICE, End.RESET: Exit.DEVICE, End.CONFUSED: Exit.PROTOCOL}
 
@@ -83,6 +85,8 @@ def command(
     Keys while it runs: ! hold, ~ resume, + - feed override, 0 back to 100 %, x reset, q quit. Ctrl-C holds the feed
     and asks; a second one resets immediately.
     """
+    if from_line is None:
+        refuse_given(ctx, FOR_A_RESUME, "has no effect without --from-line", hint="--from-line N resumes at line N")
     approach = Approach(safe_z, spindle_wait, plunge_feed)
     options = SendOptions(file, from_line, start_id, approach, yes, keep_going, dry_run, number)
     program = job_program(file.name, read_job(file), max_lines)

@@ -17,6 +17,7 @@ from wificnc.checked.bounded import SMALL_MAX, read_text
 from wificnc.checked.tomlfile import read_toml
 from wificnc.commands._output import OutputFile
 from wificnc.commands._target import controller_option, json_option
+from wificnc.commands._together import refuse_given
 from wificnc.errors import Exit, JobError, RefusedError, UserError
 from wificnc.link.client import Client, Target, connected, error_words, expect_state
 from wificnc.link.settings import (
@@ -91,8 +92,11 @@ def set(assignments: tuple[str, ...], target: Target, as_json: bool) -> None:
 @click.argument("file", type=OutputFile(), default=STDOUT)
 @controller_option
 @json_option
-def export(file: Path, target: Target, as_json: bool) -> None:
+@click.pass_context
+def export(ctx: click.Context, file: Path, target: Target, as_json: bool) -> None:
     """Write all settings as TOML, with names, units and descriptions, to FILE or stdout (-)."""
+    if file != STDOUT:
+        refuse_given(ctx, ("as_json",), "prints to stdout, and FILE would not be written", hint="leave one of them out")
     values = read_controller(target)
     if as_json:
         ui.emit_json({name_of(number): json_value(number, text) for number, text in values.items()})
@@ -145,6 +149,8 @@ def diff(ctx: click.Context, before: str, after: str, target: str | None, as_jso
 
     Exit code 1 if they differ, as with diff.
     """
+    if CONTROLLER not in (before, after):
+        refuse_given(ctx, ("target",), f"has no effect: neither side is `{CONTROLLER}`")
     changes = differences(read_side(before, target), read_side(after, target))
     if as_json:
         ui.emit_json([change_json(change) for change in changes])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
-from wificnc.board.chip import is_shifted, load_chips
+from wificnc.board.chip import Chip, is_shifted, load_chips
 from wificnc.board.model import Board, Use
 from wificnc.board.pin_keys import PinKey, pin_keys, unwired
 from wificnc.board.rules import pin_findings
@@ -15,6 +15,7 @@ from wificnc.protocol.nvs import PIN_NONE, load_nvs
 
 CHANNEL_PIN = re.compile(r"io_p\d+")  # of an I/O module
 GPIO_COUNT = 64  # from here on: outputs of shift registers, no pin
+SHIFTED_MAX = 32
 
 
 def check_pins(board: Board, entries: Sequence[Entry]) -> None:
@@ -40,23 +41,52 @@ def check_chip_pins(chip: str, entries: Sequence[Entry]) -> None:
     pins = load_chips().get(("esp32", chip))
     if pins is None:
         raise FlashError(f"WiFiCNC does not run on an {chip}; nothing was written")
-    moved = {row.key for row in load_nvs().pin}
-    by_number = {pin.number: pin for name, pin in pins.pin.items() if not is_shifted(name)}
-    problems = []
-    places = {
-        entry.key: int(entry.value) for entry in entries if entry.key in moved or CHANNEL_PIN.fullmatch(entry.key)
-    }
-    for key, gpio in places.items():
-        pin = by_number.get(gpio)
-        if gpio < GPIO_COUNT and pin is None:
-            problems.append(f"{key}={gpio}: the {pins.name} has no GPIO{gpio}")
-        elif pin is not None and pin.taken and not pin.taken.memory:
-            problems.append(f"{key}={gpio}: GPIO{gpio} of the {pins.name} is taken by {pin.taken.by}")
-    if problems:
+    if problems := _chip_problems(pins, _places(entries)):
         raise FlashError(
             "\n".join([*problems, "the image is for another chip and was not written"]),
             hint="make it for this board: `wificnc nvs build MACHINE --board BOARD`",
         )
+
+
+def chips_that_fit(entries: Sequence[Entry]) -> list[str]:
+    """Chips that have these pins, by their names; none where no pin is moved. Raises BoardError: there are pins, and no
+    chip has them."""
+    if not (places := _places(entries)):
+        return []
+    chips = [chip for (target, _), chip in load_chips().items() if target == "esp32"]
+    problems = {chip.name: _chip_problems(chip, places) for chip in chips}
+    if fitting := [name for name, found in problems.items() if not found]:
+        return fitting
+    lines = [line for found in problems.values() for line in found]
+    hint = "--board BOARD checks them by the rules of that board; `wificnc boards list` has all of them"
+    raise BoardError("\n".join(dict.fromkeys(lines)), hint)
+
+
+def _places(entries: Sequence[Entry]) -> dict[str, int]:
+    """Keys of pins, and where they are; without those that have none."""
+    moved = {row.key for row in load_nvs().pin}
+    found = {entry.key: int(entry.value) for entry in entries if entry.key in moved or CHANNEL_PIN.fullmatch(entry.key)}
+    return {key: gpio for key, gpio in found.items() if gpio != PIN_NONE}
+
+
+def _chip_problems(chip: Chip, places: dict[str, int]) -> list[str]:
+    """What no board with this chip can have."""
+    by_number = {pin.number: pin for name, pin in chip.pin.items() if not is_shifted(name)}
+    signals = {row.key: row.signal for row in load_nvs().pin}
+    problems = []
+    for key, gpio in places.items():
+        pin = by_number.get(gpio)
+        others = [other for other, at in places.items() if at == gpio and other != key]
+        is_output = key in signals and unwired(signals[key]).is_output
+        if pin is None and not GPIO_COUNT <= gpio < GPIO_COUNT + SHIFTED_MAX:
+            problems.append(f"{key}={gpio}: the {chip.name} has no GPIO{gpio}")
+        elif pin is not None and pin.taken and not pin.taken.memory:
+            problems.append(f"{key}={gpio}: GPIO{gpio} of the {chip.name} is taken by {pin.taken.by}")
+        elif pin is not None and is_output and not pin.output:
+            problems.append(f"{key}={gpio}: GPIO{gpio} of the {chip.name} can only be read")
+        elif others:
+            problems.append(f"{key}={gpio}: {others[0]} is at GPIO{gpio}, too")
+    return problems
 
 
 def _misfit(board: Board, signal: str, key: PinKey, gpio: int) -> str:
