@@ -63,3 +63,11 @@ def test_an_arc_after_a_move_that_is_not_made_is_left_to_the_controller(tmp_path
     for line in ("G38.2 X-20 F10", "$H"):
         file = job(tmp_path, f"{line}\nG2 X30 I3 F100")
         assert run("expand", file, "-o", "-").exit_code == Exit.OK
+
+
+def test_a_line_that_is_too_long_is_cut_in_messages(tmp_path: Path) -> None:
+    file = job(tmp_path, f"G0 X{'9' * 5000}")
+    error = run("expand", file, "-o", "-").exception
+    assert isinstance(error, JobError) and "error:11" in error.message and error.hint
+    found = json.loads(run("check", file, "--json").stdout)["findings"]
+    assert found[0]["message"].endswith("9…") and len(found[0]["message"]) < 320

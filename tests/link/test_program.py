@@ -103,7 +103,7 @@ def test_a_long_tools_text_goes_where_lines_may_be_long() -> None:
 
 
 def test_latin_1_in_a_comment_stays_here() -> None:
-    assert ready(read_program("job.nc", b"T1 M6 (Fr\xe4ser)").lines)[0].wire == b"N1T1M6(Frser)\n"
+    assert ready(read_program("job.nc", b"T1 M6 (Fr\xe4ser)").lines)[0].wire == b"N1T1M6(Fraser)\n"
 
 
 def test_a_typed_line_keeps_its_blanks() -> None:

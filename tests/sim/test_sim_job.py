@@ -304,4 +304,4 @@ def test_read_job_says_what_is_wrong(tmp_path: Path):
 
 def test_printable_keeps_letters_and_escapes_the_rest():
     assert printable("(Ø3 café)".encode()) == "(Ø3 café)"
-    assert printable(b"G0\x00X\xff\x1b[31m ") == "G0\\x00X\\xff\\x1b[31m"
+    assert printable(b"G0\x00X\xff\x1b[31m ") == "G0\\x00Xÿ\\x1b[31m"

@@ -10,7 +10,7 @@ from itertools import groupby
 from wificnc.check.arcs import arc_hint
 from wificnc.check.finding import Finding, Severity
 from wificnc.job.ending import Ending
-from wificnc.job.program import refusal_hint
+from wificnc.job.refusal import refusal_hint
 from wificnc.sim.job import LineError, SimResult, ToolChange
 from wificnc.sim.native import AXES, SurveyArc, SurveyLine
 from wificnc.sim.report import laser_warning

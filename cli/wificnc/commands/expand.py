@@ -19,9 +19,9 @@ from wificnc.job.program import (
     faults_text,
     printable,
     read_program,
-    refusal_hint,
     split_lines,
 )
+from wificnc.job.refusal import refusal_hint
 from wificnc.output import STDOUT, write_output
 from wificnc.sim.job import read_job
 from wificnc.sim.native import load_library

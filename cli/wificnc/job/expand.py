@@ -11,6 +11,7 @@ from pathlib import Path
 from wificnc.errors import BuildError, JobError
 from wificnc.job.ending import Ending
 from wificnc.job.native import ProgramEnd
+from wificnc.job.refusal import refusal_hint
 from wificnc.link.words import ERRORS
 
 LINES_MAX = 1_000_000  # executed lines, before a program counts as endless
@@ -51,7 +52,7 @@ def expand(library: ctypes.CDLL, name: str, text: bytes, start: Start, lines_max
     try:
         if code := library.expand_error(handle):
             place = f"{name}:{library.expand_error_line(handle)}"
-            raise JobError(f"{place}: error:{code} {ERRORS[code]}", hint=HINTS.get(code))
+            raise JobError(f"{place}: error:{code} {ERRORS[code]}", hint=HINTS.get(code) or refusal_hint(code))
         size = c_size_t()
         numbers = POINTER(c_uint32)()
         data = library.expand_text(handle, ctypes.byref(size))

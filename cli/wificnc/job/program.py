@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 from wificnc.errors import JobError
 from wificnc.job.ending import MARK, Ending
 from wificnc.job.expand import Expanded
+from wificnc.job.shown import Written, as_written
 from wificnc.link.typed import NOT_IN_A_COMMENT, kept_comment
 
 WORD = re.compile(r"([A-Z])([-+]?[0-9]*\.?[0-9]*)")
@@ -32,7 +33,7 @@ LONGEST_CODE = 79  # characters that every controller takes
 LONGEST_LINE = 256  # ... that ours take (core/config.h), and others with a large receive buffer
 LARGE_RX_BYTES = 1000
 FAULTS_SHOWN = 5
-UNSUPPORTED = 20  # error of a code that does not exist here
+SHOWN_MAX = 200  # characters of a line in a message
 
 
 @dataclass(frozen=True)
@@ -68,6 +69,7 @@ class Program:
     file_lines: int
     mark_lines: int  # % and program numbers: not sent
     ending: Ending = field(default_factory=Ending)  # what of the file is not run
+    written: Written = str  # a message about a comment of it -> the comment as written
     expanded: bool = False  # a line of the file may come several times, and others not at all
 
     @property
@@ -94,9 +96,18 @@ def split_lines(data: bytes) -> list[bytes]:
 
 
 def printable(text: bytes) -> str:
-    """A line for people: UTF-8 where it is, escapes where it is not fit to print."""
-    decoded = text.decode("utf-8", "backslashreplace")
-    return "".join(c if c.isprintable() or c == "\t" else f"\\x{ord(c):02x}" for c in decoded).rstrip()
+    """A line for people, with escapes where it is not fit to print."""
+    whole = decoded(text).rstrip()
+    cut = f"{whole[:SHOWN_MAX]}…" if len(whole) > SHOWN_MAX else whole
+    return "".join(c if c.isprintable() or c == "\t" else f"\\x{ord(c):02x}" for c in cut).rstrip()
+
+
+def decoded(text: bytes) -> str:
+    """UTF-8, or else what editors of Windows write."""
+    try:
+        return text.decode("utf-8")
+    except UnicodeDecodeError:
+        return text.decode("cp1252", "backslashreplace")
 
 
 def code_of(line: bytes) -> bytes:
@@ -152,7 +163,8 @@ def read_program(name: str, data: bytes, jumps: bool | None = None) -> Program:
         raise JobError(faults_text(faults), hint="nothing was executed; correct the file first")
     if not any(line.code for line in lines):
         raise JobError(f"{name} has no G-code")
-    return Program(tuple(lines), len(raw_lines), marks, ending)
+    pairs = ((decoded(raw), code.decode("ascii", "replace")) for raw, code in zip(raw_lines, codes, strict=True))
+    return Program(tuple(lines), len(raw_lines), marks, ending, as_written(pairs))
 
 
 def faults_text(faults: Sequence[str]) -> str:
@@ -161,16 +173,9 @@ def faults_text(faults: Sequence[str]) -> str:
     return "\n".join([*faults[:FAULTS_SHOWN], *more])
 
 
-def refusal_hint(code: int) -> str:
-    """What to do about a line that the controller refuses. @param code  of its answer"""
-    if code == UNSUPPORTED:
-        return "docs/gcode.md lists the codes: make the program with a post-processor for Grbl, or remove the code"
-    return "correct the line; docs/errors.md explains the error"
-
-
 def _comment(raw: bytes, code: bytes) -> bytes:
     """What the controller keeps or shows of the comments of a line."""
-    return kept_comment(raw.decode("utf-8", "replace"), code.decode("ascii", "replace")).encode("ascii", "replace")
+    return kept_comment(decoded(raw), code.decode("ascii", "replace")).encode("ascii", "replace")
 
 
 def _fault(raw: bytes, line: JobLine) -> str:
@@ -229,7 +234,7 @@ def expanded_comments(name: str, data: bytes, text: bytes, numbers: Sequence[int
     comments = []
     for number, code in zip(numbers, text.splitlines(), strict=True):
         raw = raw_lines[number - 1]
-        comment = kept_comment(raw.decode("utf-8", "replace"), code_of(code).decode("ascii")).encode("ascii", "replace")
+        comment = kept_comment(decoded(raw), code_of(code).decode("ascii")).encode("ascii", "replace")
         comment = WITH_VALUES.sub(b"(MSG,", comment)  # the controller's parameters are not those of the program
         if fault := _comment_fault(code, comment):
             raise JobError(f"{name}:{number}: {fault}: {printable(raw)}")

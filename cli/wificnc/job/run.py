@@ -19,6 +19,7 @@ from typing import Protocol
 from wificnc.errors import JobError, LinkError
 from wificnc.job.estimate import Estimate
 from wificnc.job.program import JobLine
+from wificnc.job.shown import Written
 from wificnc.link import realtime
 from wificnc.link.alarms import alarm_words
 from wificnc.link.client import FALLBACK_RX_BYTES, POLL_EVERY_S, Client, Snapshot, error_words, who_commands
@@ -164,6 +165,7 @@ class RunOptions:
     check: bool = False  # check mode: nothing moves
     estimate: Estimate | None = None
     numbered: bool = False  # the lines carry their numbers, so Ln: is the number of a line
+    written: Written = str  # what a message about a comment is in the file
     preamble: int = 0  # lines at the beginning that must not fail, --keep-going or not
 
 
@@ -287,8 +289,9 @@ class JobRun:
         if message.key == "MSG":
             if message.body == OVERFLOW:
                 self._stop(End.CONFUSED, "the controller's receive buffer overflowed, and lines were lost")
-            self.messages.append(message.body)
-            self.watcher.message(message.body)
+            body = self.options.written(message.body)
+            self.messages.append(body)
+            self.watcher.message(body)
 
     def _on_status(self, status: Status) -> None:
         snapshot = self.client.now()

@@ -40,6 +40,15 @@ def kept_comment(text: str, code: str) -> str:
     Args:
         code: the line without blanks and comments, upper case.
     """
+    comments = chosen_comment(text, code)
+    if not TOOL_ROW.match(code):  # wide brackets become plain ones, which must not end the comment: so this comes first
+        comments = NOT_IN_A_COMMENT.sub("", unicodedata.normalize("NFKD", comments)).strip()
+    comments = comments.translate(BRACKETS)
+    return f"({comments.strip() or ' '})" if comments else ""
+
+
+def chosen_comment(text: str, code: str) -> str:
+    """The same as it is written, without brackets; "": nothing."""
     is_row = TOOL_ROW.match(code)
     found = COMMENT.findall(text)
     messages = [] if is_row else [each for each in found if MESSAGE.match(each[1:])]
@@ -47,11 +56,7 @@ def kept_comment(text: str, code: str) -> str:
         return ""
     bracketed = [each for each in found if each[0] == "("]
     parts = (each[1:].removesuffix(")") if each[0] == "(" else each[1:] for each in messages or bracketed or found)
-    comments = "".join(parts)
-    if not is_row:  # wide brackets become plain ones, which must not end the comment: so this comes first
-        comments = NOT_IN_A_COMMENT.sub("", unicodedata.normalize("NFKD", comments)).strip()
-    comments = comments.translate(BRACKETS)
-    return f"({comments.strip() or ' '})" if comments else ""
+    return "".join(parts)
 
 
 def wire_line(line: str) -> bytes:

@@ -11,7 +11,8 @@ from pathlib import Path
 from wificnc.checked.bounded import JOB_MAX, read_bytes
 from wificnc.errors import JobError, UserError
 from wificnc.job.ending import Ending
-from wificnc.job.program import code_of
+from wificnc.job.program import code_of, decoded, printable
+from wificnc.job.shown import Written, marked
 from wificnc.link.alarms import alarm_words
 from wificnc.sim.look import SAMPLE_MS
 from wificnc.sim.native import (
@@ -32,6 +33,8 @@ ROUNDING_MM = 0.05  # a path may leave the programmed one by $11
 CHATTER = ("[MSG:Pgm End]", "[MSG:Tool change: ")  # every good program says the first; SimResult lists the changes
 
 CODE = re.compile(rb"(?:^|[\r\n])(?:[^\S\r\n]|\([^)\r\n]*\))*[^\s%;(]")  # neither a comment nor a mark
+
+SPECIAL_BYTE = re.compile(rb"[\x80-\xff!?~]")
 
 EVENT_HINT = (
     "like: limit x, probe off, door, estop, hold, resume, reset, feed +10, travel x -200 0; see docs/simulation.md"
@@ -221,6 +224,7 @@ def run_job(library: ctypes.CDLL, request: JobRequest, on_progress: Progress | N
         if request.lines_max is not None:
             sim.limit_lines(request.lines_max)
         text, left_out = simulated_text(request.text, any(at.action.startswith(SWITCHES) for at in request.events))
+        text, written = sent_text(text)
         sim.load(text, request.keep_going)
         while sim.run(EVENTS_PER_CALL):
             if on_progress:
@@ -228,7 +232,7 @@ def run_job(library: ctypes.CDLL, request: JobRequest, on_progress: Progress | N
         if on_progress:
             on_progress(*sim.progress())
         _close(sim, request.trace)
-        return _result(sim, request, left_out)
+        return _result(sim, request, left_out, written)
 
 
 def _apply_lines(sim: Simulation, lines: tuple[str, ...]) -> None:
@@ -267,7 +271,7 @@ def simulated_text(text: bytes, has_switches: bool = False) -> tuple[bytes, tupl
     return b"\n".join(lines), tuple(remarks)
 
 
-def _result(sim: Simulation, request: JobRequest, left_out: tuple[str, ...]) -> SimResult:
+def _result(sim: Simulation, request: JobRequest, left_out: tuple[str, ...], written: Written) -> SimResult:
     native = _checked(sim.result())
     axes = AXES[: request.timing.axis_count]
     places = (native.position_mm, native.min_mm, native.max_mm)
@@ -297,7 +301,7 @@ def _result(sim: Simulation, request: JobRequest, left_out: tuple[str, ...]) -> 
         underruns=native.counters.underruns,
         plan_unmet=native.counters.plan_unmet,
         errors=_line_errors(sim, request.text),
-        warnings=(*left_out, *_remarks(sim, native), *travel),
+        warnings=(*left_out, *map(written, _remarks(sim, native)), *travel),
         travel_mm=request.travel_mm,
         samples=sim.samples(),
         ending=native.program_end.ending,
@@ -371,10 +375,15 @@ def split_lines(text: bytes) -> list[bytes]:
     return text.removeprefix(b"\xef\xbb\xbf").replace(b"\r\n", b"\n").replace(b"\r", b"\n").split(b"\n")
 
 
-def printable(text: bytes) -> str:
-    """A line for people: UTF-8 where it is, escapes where it is not fit to print."""
-    decoded = text.decode("utf-8", "backslashreplace")
-    return "".join(c if c.isprintable() or c == "\t" else f"\\x{ord(c):02x}" for c in decoded).rstrip()
+def sent_text(text: bytes) -> tuple[bytes, Written]:
+    """The job with comments that a controller takes, and what turns its messages back into the file's words."""
+    if not SPECIAL_BYTE.search(text):
+        return text, str
+    lines = split_lines(text)
+    found, written = marked(map(decoded, lines))
+    # Bytes that are not of a comment stay: the controller refuses them.
+    sent = [new.encode("ascii") if new.isascii() else old for new, old in zip(found, lines, strict=True)]
+    return b"\n".join(sent), written
 
 
 def _remarks(sim: Simulation, native: NativeResult) -> list[str]:
