@@ -76,7 +76,11 @@ def test_tables_that_are_left_out_are_no_empty_ones(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("old", "new", "key"),
-    [("schema = 1", "schema = true", "schema"), ("schema = 1", "schema = 1.0", "schema"), ('name = "', 'name = " ', "name")],
+    [
+        ("schema = 1", "schema = true", "schema"),
+        ("schema = 1", "schema = 1.0", "schema"),
+        ('name = "', 'name = " ', "name"),
+    ],
 )
 def test_machine_profiles_have_the_same_rules(old: str, new: str, key: str, tmp_path: Path) -> None:
     text = (EXAMPLES / "router_3018.toml").read_text(encoding="utf-8")

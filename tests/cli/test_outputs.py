@@ -10,9 +10,15 @@ from pathlib import Path
 import pytest
 import rich_click as click
 from cli_parameters import parameters
+from click.testing import CliRunner
 from wificnc.app import root
 from wificnc.commands._output import OutputFile, OutputFolder
+from wificnc.errors import UserError
 
+try:
+    import resource
+except ImportError:
+    resource = None  # type: ignore[assignment]
 Cli = Callable[..., tuple[int, str, str]]
 
 # The words before the name of the file; {job} is a G-code file, {dead} a controller that is not there.
@@ -202,3 +208,30 @@ def test_what_cannot_go_to_stdout(cli: Cli, words: Callable[[str], list[str]], c
     code, out, err = cli(*words(case), "-")
     assert (code, out) == (2, "") and "- is stdout" in " ".join(err.replace("│", " ").split())
     assert sorted(path.name for path in tmp_path.iterdir()) == ["job.nc"]
+
+
+WHOLE = {
+    "expand": ("expand", "{job}", "-o", "out.nc"),
+    "picture": ("boards", "show", "host", "--picture", "out.svg"),
+    "png": ("boards", "show", "host", "--picture", "out.png"),
+    "json": ("sim", "{job}", "--json", "out.json"),
+    "component": ("linuxcnc", "component", "--out", "out.c"),
+}
+
+
+@pytest.mark.skipif(resource is None, reason="Windows has no such limit")
+@pytest.mark.parametrize("words", WHOLE.values(), ids=WHOLE)
+def test_a_full_disk_leaves_no_half_of_a_file(
+    words: tuple[str, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The size of files is limited instead, which fails at the same write."""
+    monkeypatch.chdir(tmp_path)
+    Path("job.nc").write_text("G21\n" * 500)
+    _, most = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (500, most))
+    try:
+        done = CliRunner().invoke(root, [word.format(job="job.nc") for word in words])
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (most, most))
+    assert isinstance(done.exception, UserError) and "File too large" in done.exception.message
+    assert [path.name for path in tmp_path.iterdir()] == ["job.nc"]

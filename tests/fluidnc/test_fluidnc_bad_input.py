@@ -100,7 +100,8 @@ WHOLE = AXIS_X.replace("cycle: 1", "cycle: 1\n      feed_mm_per_min: 50").replac
     "steps_per_mm: 80",
     "steps_per_mm: 80\n    max_rate_mm_per_min: 900\n    acceleration_mm_per_sec2: 70\n    max_travel_mm: 300",
 ) + (
-    "stepping:\n  pulse_us: 4\n  dir_delay_us: 1\n  idle_ms: 200\njunction_deviation_mm: 0.01\narc_tolerance_mm: 0.002\n"
+    "stepping:\n  pulse_us: 4\n  dir_delay_us: 1\n  idle_ms: 200\n"
+    "junction_deviation_mm: 0.01\narc_tolerance_mm: 0.002\n"
     "coolant:\n  delay_ms: 100\n  flood_pin: gpio.2\nPWM:\n  output_pin: gpio.27\n  pwm_hz: 5000\n  spinup_ms: 100\n"
 )
 
@@ -122,7 +123,8 @@ def said_of(key: str, path: Path) -> list[str]:
 
 NUMBERS = (
     "steps_per_mm", "max_rate_mm_per_min", "acceleration_mm_per_sec2", "max_travel_mm", "cycle", "feed_mm_per_min",
-    "pulse_us", "dir_delay_us", "idle_ms", "junction_deviation_mm", "arc_tolerance_mm", "delay_ms", "pwm_hz", "spinup_ms",
+    "pulse_us", "dir_delay_us", "idle_ms", "junction_deviation_mm", "arc_tolerance_mm", "delay_ms", "pwm_hz",
+    "spinup_ms",
 )  # fmt: skip
 
 
@@ -151,7 +153,9 @@ def test_a_travel_of_zero_gets_fluidncs_default(tmp_path: Path) -> None:
 def test_a_rotary_axis_may_be_endless(tmp_path: Path) -> None:
     text = AXIS_X.replace("steps_per_mm: 80", "steps_per_mm: 80\n    max_travel_mm: 300")
     rotary = text.replace("axes:\n  x:", "  a:").replace("300", "0").replace("gpio.2", "gpio.1").replace("34", "35")
-    more = "".join(text.replace("axes:\n  x:", f"  {name}:").replace("gpio.2", f"gpio.{n}") for n, name in ((1, "y"), (3, "z")))
+    more = "".join(
+        text.replace("axes:\n  x:", f"  {name}:").replace("gpio.2", f"gpio.{n}") for n, name in ((1, "y"), (3, "z"))
+    )
     imported = import_fluidnc(write(tmp_path, text + more + rotary))
     assert imported.machine["axis"]["a"]["travel_deg"] == 0
     assert not [each for each in imported.remarks.of(Kind.LOST) if "max_travel" in each.key]

@@ -153,7 +153,9 @@ class ShiftRegisters(Strict):
     bck: OutputWire = Field(description="shift clock, SRCLK")
     data: OutputWire = Field(description="serial input of the first register, SER")
     ws: OutputWire = Field(description="latch, RCLK: its rising edge shows a word")
-    outputs: Annotated[Literal[8, 16, 24, 32], WholeChoice] = Field(description="of all registers; I2SO.0 is the first register's QA")
+    outputs: Annotated[Literal[8, 16, 24, 32], WholeChoice] = Field(
+        description="of all registers; I2SO.0 is the first register's QA"
+    )
 
 
 class Header(Strict):
@@ -183,7 +185,9 @@ class Source(Strict):
 class BoardFile(Strict):
     """A board of WiFiCNC: what is wired where, and how fast it may step."""
 
-    schema_version: Annotated[Literal[1], WholeChoice] = Field(alias="schema", description="always 1, and always the first key")
+    schema_version: Annotated[Literal[1], WholeChoice] = Field(
+        alias="schema", description="always 1, and always the first key"
+    )
     name: Text
     summary: Text
     target: str = Field(description="folder under targets/")

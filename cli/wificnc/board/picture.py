@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +13,7 @@ from wificnc.board.labels import label, remarks
 from wificnc.board.model import Board, Role, Use
 from wificnc.board.rules import spare_pins
 from wificnc.errors import UserError
+from wificnc.output import write_output
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -144,16 +146,16 @@ class Body:
         return self.left if side == "left" else self.left + self.width
 
 
-def save_picture(board: Board, path: Path) -> None:
+def save_picture(option: str, board: Board, path: Path) -> None:
     """Write the pin-out as .svg or .png.
 
     Raises:
-        UserError: another ending, or PNG without matplotlib.
+        UserError: another ending, PNG without matplotlib, or the file cannot be written; then none of it is there.
     """
-    writers = {".svg": _save_svg, ".png": _save_png}
-    if path.suffix.lower() not in writers:
+    makers = {".svg": lambda picture: svg_text(picture).encode(), ".png": _png}
+    if path.suffix.lower() not in makers:
         raise UserError(f"cannot draw {path.name}: a picture is .svg or .png")
-    writers[path.suffix.lower()](draw(board), path)
+    write_output(option, path, makers[path.suffix.lower()](draw(board)))
 
 
 def draw(board: Board) -> Picture:
@@ -379,11 +381,7 @@ def _svg_line_of_text(shape: Text) -> str:
     return f'<text x="{shape.x:g}" y="{shape.y:g}" font-size="{shape.size:g}" {style}>{escape(shape.text)}</text>'
 
 
-def _save_svg(picture: Picture, path: Path) -> None:
-    path.write_text(svg_text(picture), encoding="utf-8", newline="\n")
-
-
-def _save_png(picture: Picture, path: Path) -> None:
+def _png(picture: Picture) -> bytes:
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
@@ -395,7 +393,9 @@ def _save_png(picture: Picture, path: Path) -> None:
     axes.axis("off")
     for artist in _artists(picture.shapes):
         axes.add_artist(artist)
-    figure.savefig(path, dpi=PNG_DPI, metadata={"Software": None})
+    out = io.BytesIO()
+    figure.savefig(out, format="png", dpi=PNG_DPI, metadata={"Software": None})
+    return out.getvalue()
 
 
 def _artists(shapes: Iterable[Shape]) -> Iterator[Artist]:

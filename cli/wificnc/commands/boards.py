@@ -71,7 +71,7 @@ def show_board(board_ref: str, as_json: bool, picture: Path | None) -> None:
     """Show the wiring of a board."""
     board = load_board(board_ref)
     if picture:
-        save_picture(board, picture)
+        save_picture("--picture", board, picture)
         ui.note(f"wrote {picture}")
     if as_json:
         ui.emit_json(_details(board))

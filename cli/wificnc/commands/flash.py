@@ -116,7 +116,9 @@ def check_options(ctx: click.Context, target: str, ota_host: str | None) -> None
     by_usb = ("erase", "port", "baud", "verify", "wait_s")
     try:
         if target == "pic32mz":
-            refuse_given(ctx, (*by_usb, "ota_host", "other_board", "key"), "is not for a PIC32MZ: its programmer decides")
+            refuse_given(
+                ctx, (*by_usb, "ota_host", "other_board", "key"), "is not for a PIC32MZ: its programmer decides"
+            )
             return
         refuse_given(ctx, ("tool",), "is for a PIC32MZ, and this board has none")
         if ota_host is None:

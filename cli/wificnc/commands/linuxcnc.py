@@ -21,7 +21,7 @@ from wificnc.linuxcnc import halcompile
 from wificnc.linuxcnc.config import KEY_FILE, files
 from wificnc.linuxcnc.source import FILE_NAME, PROGRAM, build_command, component_source, is_component
 from wificnc.machine import load_machine
-from wificnc.output import STDOUT, why_not_writable, write_stdout
+from wificnc.output import STDOUT, why_not_writable, write_output, write_stdout
 from wificnc.wmc3.device import Device, find_devices
 
 FIND_S = 2.0
@@ -69,10 +69,7 @@ def _write_source(out: Path, source: str) -> Path:
         raise UserError(f"--out: cannot write {file}: {why}", hint="--out FILE, elsewhere")
     if file.exists() and not (file.is_file() and is_component(file.read_bytes())):
         raise UserError(f"{file} exists and is not the WiFiCNC component", hint="--out FILE, another one")
-    try:
-        file.write_text(source, encoding="utf-8")
-    except OSError as err:
-        raise UserError(f"{file} cannot be written: {err.strerror or err}", hint="--out FILE, elsewhere") from err
+    write_output("--out", file, source.encode())
     return file
 
 
@@ -105,7 +102,7 @@ def init(machine: str, address: str | None, out: Path | None, homes: bool | None
         raise UserError(f"{folder / there[0]} already exists", hint="--force overwrites it, --out writes elsewhere")
     folder.mkdir(parents=True, exist_ok=True)
     for path, text in texts.items():
-        (folder / path).write_text(text, encoding="utf-8")
+        write_output("--out", folder / path, text.encode())
     if as_json:
         ui.emit_json({"configuration": f"{folder / name}.ini", "files": [str(folder / path) for path in texts]})
     else:

@@ -108,7 +108,9 @@ def build(
 @secrets_option
 @json_option
 @click.pass_context
-def read(ctx: click.Context, file: Path | None, port: str | None, output: Path | None, show_secrets: bool, as_json: bool) -> None:
+def read(
+    ctx: click.Context, file: Path | None, port: str | None, output: Path | None, show_secrets: bool, as_json: bool
+) -> None:
     """Show the contents of FILE, or of the board at the port."""
     if file is not None:
         refuse_given(ctx, ("port",), "has no effect with FILE: either of them is read")

@@ -152,7 +152,9 @@ def send(client: Client, program: Program, options: SendOptions) -> tuple[Outcom
     can_number = options.number and built is not None and LINE_NUMBERS in built.flags
     longest = longest_line(built.rx_bytes if built else 0)
     with estimate(lines, settings, client) as times, check_mode(client, options.dry_run):
-        run = RunOptions(built, options.keep_going or options.dry_run, options.dry_run, times, can_number, program.written, preamble)
+        run = RunOptions(
+            built, options.keep_going or options.dry_run, options.dry_run, times, can_number, program.written, preamble
+        )
         with Keyboard() as keys, JobDisplay(options.file.name) as display:
             outcome = JobRun(client, ready(lines, can_number, longest), display, keys, run).run()
     restart = restart_hint(program, outcome, facts, options)

@@ -79,5 +79,3 @@ def marked(lines: Iterable[str]) -> tuple[list[str], Written]:
 def _piece(pieces: list[str], match: re.Match[str]) -> str:
     number = int(match[1])
     return pieces[number] if number < len(pieces) else match[0]
-
-
