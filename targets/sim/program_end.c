@@ -60,11 +60,28 @@ bool program_end_is_percent(const char *line) {
     return strchr(line, '%') != NULL && gcode_is_program_mark(line);
 }
 
+/* It could end a program, and does nothing else: M2 and M30, with an N word or a slash. */
+static bool is_end_alone(const char *line) {
+    line += strspn(line, "/");
+    if (*line == 'N')
+        line += 1 + strspn(line + 1, "0123456789.");
+    line += strspn(line, "/");
+    while (*line == 'M') {
+        const struct number number = number_scan(line + 1);
+        if (number.end == NULL || (number_value(number) != 2.0 && number_value(number) != 30.0))
+            return false;
+        line = number.end;
+    }
+    return *line == '\0';
+}
+
 static void take_after(struct program_end *end, const char *line, uint32_t number) {
     if (program_end_is_percent(line) && end->is_open) {
         end->is_open = false; /* it closes the program that has ended by M2 or M30 */
     } else if (line[0] == '\0' || gcode_is_program_mark(line)) {
         end->mark = line[0] != '\0' && end->mark == 0 ? number : end->mark;
+    } else if (end->unrun == 0 && is_end_alone(line)) {
+        end->mark = 0; /* the program that began there has no code */
     } else {
         if (end->unrun++ == 0) {
             end->first = number;

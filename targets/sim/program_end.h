@@ -13,8 +13,8 @@
 /** All zero at the beginning of a file. Lines are 1-based in the file; 0 = none. */
 struct program_end {
     uint32_t line;   /* the M2, M30 or % that ends the program */
-    uint32_t unrun;  /* lines with code after it */
-    uint32_t first;  /* the first of those */
+    uint32_t unrun;  /* lines with code after it, from `first` on */
+    uint32_t first;  /* the first line after it that is more than an M2 or M30 */
     uint32_t second; /* where another program begins */
     /* private */
     uint32_t mark; /* the first % or program number after the end, before `first` */

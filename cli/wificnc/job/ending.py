@@ -21,6 +21,8 @@ SUM = re.compile(rb"(" + TERM + rb")((?:[-+*/]" + TERM + rb")*)")
 NEXT_TERM = re.compile(rb"([-+*/])(" + TERM + rb")")
 COMPUTED_CODE = re.compile(rb"M\+?(\[.*)")
 END_CODE = re.compile(rb"M\+?0*(?:2|30)(?:\.0*)?(?![0-9.])")
+# It could end a program, and does nothing else.
+END_ALONE = re.compile(rb"/*(?:N[0-9.]*)?/*(?:" + END_CODE.pattern + rb")*")
 
 
 @dataclass
@@ -28,8 +30,8 @@ class Ending:
     """What of a file is not run; lines are 1-based in the file, 0 = none."""
 
     line: int = 0  # the M2, M30 or % that ends the program
-    unrun: int = 0  # lines with code after it
-    first: int = 0  # the first of those
+    unrun: int = 0  # lines with code after it, from `first` on
+    first: int = 0  # the first line after it that is more than an M2 or M30
     second: int = 0  # where another program begins
     _mark: int = 0  # the first % or program number after the end, before `first`
     _has_code: bool = False
@@ -61,6 +63,8 @@ class Ending:
             self._is_open = False  # it closes the program that has ended by M2 or M30
         elif PERCENT.fullmatch(code) or NUMBER.fullmatch(code):
             self._mark = self._mark or number
+        elif code and not self.unrun and END_ALONE.fullmatch(code):
+            self._mark = 0  # the program that began there has no code
         elif code and not MARK.fullmatch(code):
             if self.unrun == 0:
                 self.first, self.second = number, self._mark

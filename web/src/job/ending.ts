@@ -8,6 +8,8 @@ const PERCENT = /^(?:N\d+)?%$/;
 const NUMBER = /^(?:N\d+)?[O:]\d+$/;
 /** M2 or M30, however it is written. */
 const END_CODE = /M\+?0*(?:2|30)(?:\.0*)?(?![\d.])/;
+/** It could end a program, and does nothing else. */
+const END_ALONE = new RegExp(String.raw`^/*(?:N[\d.]*)?/*(?:${END_CODE.source})*$`);
 
 /** A bracket that has no other in it; numbers with + - * / between them. */
 const BRACKET = /\[([^\][]*)\]/;
@@ -24,9 +26,9 @@ export function isMark(code: string): boolean {
 export interface Ending {
   /** The M2, M30 or % that ends the program. */
   line: number;
-  /** Lines with code after it. */
+  /** Lines with code after it, from `first` on. */
   unrun: number;
-  /** The first of those. */
+  /** The first line after it that is more than an M2 or M30. */
   first: number;
   /** Where another program begins. */
   second: number;
@@ -61,6 +63,7 @@ export class EndReader implements Ending {
   private takeAfter(code: string, number: number): void {
     if (PERCENT.test(code) && this.isOpen) this.isOpen = false; // it closes the program that has ended by M2 or M30
     else if (PERCENT.test(code) || NUMBER.test(code)) this.mark ||= number;
+    else if (this.unrun === 0 && code !== "" && END_ALONE.test(code)) this.mark = 0; // the program that began there has no code
     else if (code !== "" && !isMark(code)) {
       if (this.unrun++ === 0) [this.first, this.second] = [number, this.mark];
       if (hasEndCode(code)) this.second ||= this.first;
