@@ -124,3 +124,50 @@ def test_a_browser_that_keeps_nothing_says_so(socket_link: Callable[..., Console
     expect(console.page.get_by_text("This browser does not keep the job (storage is off)")).to_be_visible()
     console.by("job-start").click()
     expect(console.page.get_by_text("The job is finished")).to_be_visible()
+
+
+PAUSED = "G21G90\nG1X5F3000\nM0\nG1X10\nM30\n"
+
+
+@pytest.mark.parametrize("inches", [0, 1])
+def test_a_pause_is_known_after_a_reload(socket_link: Callable[..., Console], inches: int) -> None:
+    """M0 stops the lines behind it, the page's questions too: it has kept the answers of this start of the controller."""
+    console = socket_link(settings=(f"$13={inches}",))
+    load(console, PAUSED)
+    console.by("job-start").click()
+    console.rests()
+    reload(console)
+    console.rests()
+    expect(console.page.get_by_role("heading", name="Position, inch" if inches else "Position, mm")).to_be_visible()
+    console.stands_at(X=round(5 / 25.4, 3) if inches else 5)
+    console.knows("G54")
+    console.tab("job")
+    expect(console.by("checked-with")).to_contain_text("With the settings, the offsets and the place of the connected machine")
+    console.tab("settings")
+    expect(console.page.get_by_text("Max travel").first).to_be_visible()
+
+
+def test_another_browser_in_a_pause_says_what_waits(socket_link: Callable[..., Console]) -> None:
+    """It has nothing to go by: no defaults, no request to connect, and a check as soon as the pause ends."""
+    console = socket_link(settings=("$13=1",))
+    load(console, PAUSED)
+    console.by("job-start").click()
+    console.rests()
+    console.page.evaluate("localStorage.clear()")
+    reload(console)
+    console.rests()
+    waits = "The controller reports its settings and offsets when this pause has ended. State and position are known."
+    expect(console.page.get_by_role("heading", name="Position, unit not reported yet")).to_be_visible()
+    console.stands_at(X=round(5 / 25.4, 3))
+    for tab in ("job", "settings", "guide"):
+        console.tab(tab)
+        expect(console.page.get_by_text(waits)).to_be_visible()
+        expect(console.page.locator("#view")).not_to_contain_text("onnect to")
+        expect(console.page.locator("#view")).not_to_contain_text("default settings")
+    console.tab("job")
+    console.by("resume").click()
+    console.is_in("Idle")
+    expect(console.by("checked-with")).to_contain_text("With the settings, the offsets and the place of the connected machine")
+    expect(console.page.get_by_text(waits)).to_have_count(0)
+    console.tab("control")
+    expect(console.page.get_by_role("heading", name="Position, inch")).to_be_visible()

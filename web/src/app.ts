@@ -78,6 +78,17 @@ export const standing = computed<Standing>(() => {
   };
 });
 
+/** Why the connected machine has not said all of it yet, and when it will; "": it has, or none is connected. */
+export const unknownYet = computed(() => {
+  if (!controller.connected.value || standing.value !== NOWHERE) return "";
+  if (controller.locked.value) return t`The controller reports its settings and offsets after the login.`;
+  if (!controller.commands.value) return t`The controller reports its settings and offsets to this page when it takes control.`;
+  const { state } = controller;
+  if (["", "Idle", "Alarm"].includes(state.value)) return t`The controller is reporting its settings and offsets.`;
+  if (HELD.has(state.value)) return t`The controller reports its settings and offsets when this pause has ended. State and position are known.`;
+  return t`The controller reports its settings and offsets when the machine is idle. State and position are known.`;
+});
+
 /** Send a line, and wait until the machine rests. Rejects when a jog was stopped before its end, by this page or anyone else: the next
  * line would move from where that has left the machine. @param stops  of the controller, at the start of all lines */
 export async function move(line: string, stops = controller.stops): Promise<void> {
@@ -89,9 +100,13 @@ export async function move(line: string, stops = controller.stops): Promise<void
 }
 
 const SETTLED_MS = 300;
+/** The job is to be checked when the connected machine is known: not by defaults meanwhile. */
+const checkWaits = signal(false);
 
 /** Run the job on the core, as the connected machine would; without one, on the chosen board's defaults. */
 export async function checkJob(): Promise<void> {
+  checkWaits.value = unknownYet.peek() !== "";
+  if (checkWaits.peek()) return;
   preflight.progress.value = 0;
   const { board, HOST } = await import("./chosen").catch((error: unknown) => {
     preflight.progress.value = null;
@@ -101,14 +116,15 @@ export async function checkJob(): Promise<void> {
   if (program) await preflight.check(program, standing.value === NOWHERE ? board.value : HOST, standing.value);
 }
 
-/** Another work zero, another setting: another job. A lost machine is not another one. */
+/** Another work zero, another setting, a machine that is not known yet: another job. A lost machine is not another one. */
 export const isStale = computed(() => {
   const done = preflight.result.value;
-  return done !== null && !job.active.value && controller.link.value !== "lost" && !standsAlike(standing.value, done.standing);
+  if (done === null || job.active.value || controller.link.value === "lost") return false;
+  return unknownYet.value !== "" || !standsAlike(standing.value, done.standing);
 });
 
 effect(() => {
-  if (!isStale.value) return undefined;
+  if (unknownYet.value || !(isStale.value || checkWaits.value)) return undefined;
   const timer = setTimeout(() => void attempt(checkJob), SETTLED_MS);
   return () => clearTimeout(timer);
 });

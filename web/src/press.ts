@@ -4,8 +4,9 @@
  * - for SETTLE_MS after it has appeared, has moved, or has another meaning;
  * - for PLACE_MS after the last press at its place, if that press hit another control: a second press of Stop never starts;
  * - for a click whose pointer went down on something else.
- * What stops the machine is never dead. Pure but for guardPresses().
+ * What stops the machine is never dead. A press that does not act is shown as such (ignored.ts). Pure but for guardPresses().
  */
+import { showIgnored, type Refusal } from "./ignored";
 
 export const SETTLE_MS = 500;
 export const PLACE_MS = 3000;
@@ -32,6 +33,8 @@ interface Place extends Point {
 export class PressGuard<Control extends object> {
   private looks = new Map<Control, Look & { since_ms: number }>();
   private places: Place[] = [];
+  /** Why the last press did not act; null: it acted. */
+  refusal: Refusal | null = null;
 
   /** All controls that can be pressed now. A user who scrolls moves them on purpose: that is no move. */
   look(now: ReadonlyMap<Control, Look>, now_ms: number, isScrolled = false): void {
@@ -57,7 +60,8 @@ export class PressGuard<Control extends object> {
     this.places = this.places.filter((place) => place.at_ms + PLACE_MS > now_ms);
     const place = this.places.find((each) => isNear(each, at, NEAR_PX));
     const isStranger = place !== undefined && place.meaning !== meaning;
-    const acts = control === null || (!isStranger && this.deadUntil_ms(control, now_ms) === 0);
+    this.refusal = control === null ? null : isStranger ? "place" : this.deadUntil_ms(control, now_ms) > 0 ? "settling" : null;
+    const acts = this.refusal === null;
     if (!place) this.places.push({ ...at, meaning, at_ms: now_ms });
     else Object.assign(place, { ...at, at_ms: now_ms, meaning: acts ? meaning : place.meaning });
     return acts;
@@ -98,7 +102,7 @@ function visible(): Map<Element, Look> {
 export function guardPresses(): void {
   const guard = new PressGuard<Element>();
   let timer: ReturnType<typeof setTimeout> | undefined;
-  let down: { element: Element | null; meaning: string; acts: boolean } | null = null;
+  let down: { element: Element | null; meaning: string; refusal: Refusal | null } | null = null;
 
   let scrolled = "";
 
@@ -123,33 +127,35 @@ export function guardPresses(): void {
     look();
     const element = (event.target as Element | null)?.closest?.(PRESSED) ?? null;
     const acts = guard.press(at, meaningOf(element), element?.matches(GUARDED) ? element : null, performance.now());
-    down = { element, meaning: meaningOf(element), acts };
+    down = { element, meaning: meaningOf(element), refusal: guard.refusal };
     return acts;
   };
-  const refuse = (event: Event): void => {
+  const refuse = (event: Event, element: Element | null, why: Refusal | null): void => {
     event.preventDefault();
     event.stopImmediatePropagation();
+    if (element && why && isEnabled(element)) showIgnored(element, why, PLACE_MS / 1000);
   };
 
   const onPointerDown = (event: PointerEvent): void => {
-    if (!press(event, { x: event.clientX, y: event.clientY })) refuse(event);
+    if (!press(event, { x: event.clientX, y: event.clientY })) refuse(event, down!.element, guard.refusal);
   };
   const onClick = (event: MouseEvent): void => {
     const element = (event.target as Element | null)?.closest?.(PRESSED) ?? null;
     if (!element?.matches(GUARDED)) return;
     const box = element.getBoundingClientRect();
     const isByKey = event.detail === 0;
-    const acts = isByKey
-      ? press(event, { x: box.left + box.width / 2, y: box.top + box.height / 2 })
-      : down?.acts && down.element === element && down.meaning === meaningOf(element);
-    if (!acts) refuse(event);
+    if (isByKey) press(event, { x: box.left + box.width / 2, y: box.top + box.height / 2 });
+    const isSame = down?.element === element && down.meaning === meaningOf(element);
+    const why = isSame ? down!.refusal : "settling";
+    if (why) refuse(event, element, why);
   };
   /** A held key presses once. */
   const onKeyDown = (event: KeyboardEvent): void => {
     if (event.key !== "Enter" && event.key !== " ") return;
     const element = (event.target as Element | null)?.closest?.(event.key === "Enter" ? PRESSED : "button, summary");
     if (!element || element.matches("textarea")) return;
-    if (event.repeat || (element.matches(GUARDED) && guard.deadUntil_ms(element, performance.now()) > 0)) refuse(event);
+    const isDead = element.matches(GUARDED) && guard.deadUntil_ms(element, performance.now()) > 0;
+    if (event.repeat || isDead) refuse(event, element, event.repeat ? null : "settling");
   };
 
   window.addEventListener("pointerdown", onPointerDown, true);

@@ -1,6 +1,6 @@
 /** Work zero by hand, with undo: for the positions of the tab Control and for the probing dialogs. */
 import { computed, signal } from "@preact/signals";
-import { controller, standing, stored, store } from "./app";
+import { controller, standing, stored, store, unknownYet } from "./app";
 import { placeLine, undoLine, workSystemOf } from "./link/offsets";
 import { settingNumber } from "./tables";
 import { t } from "./words";
@@ -18,7 +18,8 @@ const undone = signal<readonly Undo[]>([]);
 /** What Undo would take back; null: nothing. */
 export const lastZero = computed(() => undone.value.at(-1) ?? null);
 export const workSystem = computed(() => workSystemOf(controller.modes.value));
-/** Unit of the positions that are shown. */
+/** The controller has not reported yet which unit that is, and does not do so immediately. */
+export const isUnitUnknown = computed(() => controller.settings.value.size === 0 && unknownYet.value !== "" && !["", "Idle"].includes(controller.state.value));
 export const showsInches = computed(() => Number(controller.settings.value.get(REPORTS_IN_INCHES) ?? 0) > 0);
 
 /** In mm, whatever the units of the program are. The modes of a parked job come back by themselves. */

@@ -1,6 +1,17 @@
+import { signal } from "@preact/signals";
 import { afterEach, beforeEach, describe, expect, test, vi } from "vitest";
 import type { Controller } from "../src/link/controller";
 import { combined, heldFeed, Jogger } from "../src/link/jog";
+import { connect, turn } from "./board";
+
+/** What the page knows of a machine at rest that sends no report. */
+const unreported = () => ({
+  status: signal(null),
+  state: signal("Idle"),
+  operates: signal(false),
+  settings: signal(new Map<number, string>()),
+  machinePosition: signal([0, 0, 0]),
+});
 
 /** A machine that takes each jog up to the end of its travel. */
 function listening(travel_mm = Infinity, refusal = 15) {
@@ -14,7 +25,7 @@ function listening(travel_mm = Infinity, refusal = 15) {
     Object.assign(at, Object.fromEntries(words));
     return Promise.resolve({ kind: "ok", said: [] });
   };
-  const controller = { stops: 0, post, realtime: (name: string) => void sent.push(name) };
+  const controller = { ...unreported(), stops: 0, post, realtime: (name: string) => void sent.push(name) };
   return { sent, told, at, controller, jogger: new Jogger(controller as unknown as Controller, (why) => told.push(why)) };
 }
 
@@ -142,4 +153,98 @@ test("no axis is asked for more than its fastest feed", () => {
   expect(heldFeed({ X: 1 }, 3000, settings)).toBe(3000);
   expect(heldFeed({ X: 1, Z: 1 }, 3000, settings)).toBe(500);
   expect(heldFeed({ Y: 1 }, 3000, settings)).toBe(3000); // not known
+});
+
+describe("a stop by someone else, of a jog that is held", () => {
+  /** A controller at 10 mm that has taken 4 mm of a jog of 600 mm/min, of which it has moved 2. */
+  async function jogging(start = "<Idle|MPos:10.000,0.000,0.000>") {
+    const { board, controller } = await connect();
+    const told: string[] = [];
+    const jogger = new Jogger(controller, (why) => told.push(why));
+    board.says("[OPT:V,15,1025]", start); // room for all slices
+    await turn();
+    board.heard();
+    jogger.begin({ X: 1 }, 600, "X+");
+    const sends = async (): Promise<void> => {
+      vi.advanceTimersByTime(50);
+      await turn();
+    };
+    for (let n = 0; n < 2; n++) await sends();
+    board.says("ok", "ok", "ok", "ok", "<Jog|MPos:12.000,0.000,0.000>");
+    await turn();
+    board.heard();
+    return { board, controller, told, jogger, sends };
+  }
+  /** What is sent from now on, without questions. */
+  async function after({ board, sends }: { board: { heard: () => string }; sends: () => Promise<void> }): Promise<string> {
+    for (let n = 0; n < 20; n++) await sends();
+    return board.heard();
+  }
+
+  test.each([
+    ["it rests before its end", "<Idle|MPos:12.500,0.000,0.000>"],
+    ["it is held", "<Hold:1|MPos:12.200,0.000,0.000>"],
+    ["the door is open", "<Door:2|MPos:12.200,0.000,0.000>"],
+    ["it sleeps", "<Sleep|MPos:12.200,0.000,0.000>"],
+  ])("ends it: %s", async (_, report) => {
+    const all = await jogging();
+    all.board.says(report);
+    await turn();
+    expect(all.told).toEqual([expect.stringContaining("stopped by another client or at the machine")]);
+    expect(all.jogger.isHeld("X+")).toBe(false);
+    expect(await after(all)).not.toContain("$J=");
+    all.board.says("<Idle|MPos:12.500,0.000,0.000>");
+    expect(await after(all)).not.toContain("$J=");
+    all.jogger.begin({ X: 1 }, 600, "X+"); // pressed anew
+    expect(await after(all)).toContain("$J=");
+    all.jogger.end();
+  });
+
+  test.each([9, 180, 8])("ends it: a slice is refused with error %s", async (code) => {
+    const all = await jogging();
+    for (let n = 0; n < 2; n++) await all.sends();
+    expect(all.board.heard()).toContain("$J="); // the next slice
+    all.board.says("[MSG:Jog stopped]", `error:${code}`);
+    await turn();
+    expect(all.told).toEqual([expect.stringMatching(new RegExp(`stopped by another client or at the machine.* error ${code},`))]);
+    expect(await after(all)).not.toContain("$J=");
+  });
+
+  test("an alarm ends it, and has its own notice", async () => {
+    const all = await jogging();
+    all.board.says("ALARM:1");
+    await turn();
+    expect(all.told).toEqual([]);
+    expect(await after(all)).not.toContain("$J=");
+  });
+
+  test.each([
+    ["has moved all of it, while the link was slow", ["<Idle|MPos:14.000,0.000,0.000>"]],
+    ["moves", ["<Jog|MPos:12.500,0.000,0.000>", "<Jog|MPos:13.900,0.000,0.000>"]],
+    ["moved a step less", ["<Idle|MPos:13.988,0.000,0.000>"]],
+  ])("is not seen where the machine %s", async (_, reports) => {
+    const all = await jogging();
+    all.board.says(...reports);
+    await turn();
+    expect(all.told).toEqual([]);
+    expect(await after(all)).toContain("$J=");
+    all.jogger.end();
+  });
+
+  test("is not seen where the jog began before the last one had ended", async () => {
+    const all = await jogging("<Jog|MPos:30.000,0.000,0.000>");
+    all.board.says("<Idle|MPos:12.500,0.000,0.000>");
+    await turn();
+    expect(all.told).toEqual([]);
+    all.jogger.end();
+  });
+
+  test("is not seen where the controller itself ends slices at the end of the travel", async () => {
+    const all = await jogging();
+    all.controller.settings.value = new Map([[56, "1"]]);
+    all.board.says("<Idle|MPos:12.500,0.000,0.000>");
+    await turn();
+    expect(all.told).toEqual([]);
+    all.jogger.end();
+  });
 });

@@ -58,6 +58,21 @@ describe("a control that starts something", () => {
     expect(page.press(left)).toBe(false);
   });
 
+  it("says why a press did not act", () => {
+    const page = new Page();
+    const start = page.show("start");
+    page.press(start);
+    expect(page.guard.refusal).toBe("settling");
+    page.wait(PLACE_MS / 1000);
+    page.press(start);
+    expect(page.guard.refusal).toBeNull();
+    page.press(null, "stop");
+    expect(page.guard.refusal).toBeNull();
+    page.wait(0.6);
+    page.press(start);
+    expect(page.guard.refusal).toBe("place");
+  });
+
   it("acts again and again, as the same one", () => {
     const page = new Page();
     const up = page.show("Z+");

@@ -4,6 +4,7 @@
  */
 import { batch, computed, effect, signal } from "@preact/signals";
 import { AXES, TABLES, alarmWords, errorWords, settingsOf, type RealtimeName } from "../tables";
+import { keyWords } from "./keys";
 import { checkLine } from "./line";
 import { LineSplitter, parse, receiveBuffer, type Message, type Status } from "./messages";
 import { LineQueue, SMALLEST_BUFFER, type Answer } from "./queue";
@@ -358,7 +359,7 @@ export class Controller {
 
   private drop(name: RealtimeName): void {
     if (!this.dropped.peek().includes(name)) this.dropped.value = [...this.dropped.peek(), name];
-    this.note("page", t`Not sent, because the controller does not answer: ${name}`, true);
+    this.note("page", t`Not sent, because the controller does not answer: ${keyWords(name)}`, true);
   }
 
   reset(): void {

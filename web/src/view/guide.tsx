@@ -2,7 +2,7 @@
  * be left and continued. */
 import { computed, effect, signal, useSignal } from "@preact/signals";
 import type { JSX } from "preact";
-import { attempt, controller, noHoming, noMotion, store, stored } from "../app";
+import { attempt, controller, noHoming, noMotion, store, stored, unknownYet } from "../app";
 import { corrected, flipped, measure, readProgress, stepsPerMm } from "../link/guide";
 import { Jogger } from "../link/jog";
 import { same, sendingOrder } from "../link/settingsfile";
@@ -78,7 +78,7 @@ export function GuideTab(): JSX.Element {
   if (controller.settings.value.size === 0 || controller.axisCount.value === 0)
     return (
       <Card title={t`Set up the machine`}>
-        <p class="soft">{t`Connect to a controller to set up its machine.`}</p>
+        <p class="soft">{unknownYet.value || t`Connect to a controller to set up its machine.`}</p>
       </Card>
     );
   return (

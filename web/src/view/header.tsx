@@ -20,6 +20,7 @@ import {
 } from "../app";
 import { chooseLanguage, language } from "../language";
 import { LANGUAGES, type Language } from "../languages";
+import { keysWords } from "../link/keys";
 import { hasWebSerial } from "../link/serial";
 import { alarmWords, settingNumber } from "../tables";
 import { HoldNotice, returnsBy } from "./hold";
@@ -299,14 +300,14 @@ function SilentNotice(): JSX.Element | null {
 /** What was pressed while nothing was sent. */
 function Dropped(): JSX.Element | null {
   const dropped = controller.dropped.value;
-  return dropped.length > 0 ? <strong class="small">{t`Pressed meanwhile and not sent: ${dropped.join(", ")}`}</strong> : null;
+  return dropped.length > 0 ? <strong class="small">{t`Pressed meanwhile and not sent: ${keysWords(dropped)}`}</strong> : null;
 }
 
 /** The same link answers again: what was pressed meanwhile is still not done. */
 function DroppedNotice(): JSX.Element | null {
   if (!controller.connected.value || controller.silent.value || reconnected.value || controller.dropped.value.length === 0) return null;
   return (
-    <Notice kind="bad" title={t`Pressed meanwhile and not sent: ${controller.dropped.value.join(", ")}`} text={t`The controller answers again. Press it once more if it is still wanted.`}>
+    <Notice kind="bad" title={t`Pressed meanwhile and not sent: ${keysWords(controller.dropped.value)}`} text={t`The controller answers again. Press it once more if it is still wanted.`}>
       <Button size="small" onClick={() => (controller.dropped.value = [])}>
         {t`Close`}
       </Button>

@@ -2,7 +2,7 @@
 import { useSignal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
-import { attempt, checkJob, controller, fail, isStale, job, noLines, noPlace, preflight, standing } from "../app";
+import { attempt, checkJob, controller, fail, isStale, job, noLines, noPlace, preflight, standing, unknownYet } from "../app";
 import { describe, secondsAtLine, secondsLeft, type Preflight } from "../job/preflight";
 import type { Report } from "../job/core";
 import { laserWarning } from "../job/engraving";
@@ -142,6 +142,12 @@ function NotRun(): JSX.Element | null {
 
 function CheckCard(): JSX.Element | null {
   const done = preflight.result.value;
+  if (unknownYet.value && !job.active.value)
+    return (
+      <Card title={t`Preflight`}>
+        <Notice kind="info" title={t`The job is checked when the machine is known`} text={unknownYet.value} />
+      </Card>
+    );
   if (!done || isStale.value) return null;
   const { report } = done;
   const warning = laserWarning(report, done.standing.origin_mm);

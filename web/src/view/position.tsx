@@ -7,7 +7,7 @@ import { typedPosition, WORK_SYSTEMS } from "../link/offsets";
 import { modesNow, type Status } from "../link/messages";
 import { planZero, type ZeroFacts, type ZeroPlan } from "../link/zero";
 import { AXES } from "../tables";
-import { lastZero, nameSystem, setPosition, showsInches, systemNames, undoZero, workSystem } from "../zeroing";
+import { isUnitUnknown, lastZero, nameSystem, setPosition, showsInches, systemNames, undoZero, workSystem } from "../zeroing";
 import { Button, Card, Dialog, Field } from "./parts";
 import { msg, t, tr } from "../words";
 
@@ -23,7 +23,7 @@ export function PositionCard(): JSX.Element {
   const zeroAll = (): Promise<void> => setPosition(Object.fromEntries(axes.map((axis) => [axis, 0])), t`zero of all axes`);
   const last = lastZero.value;
   return (
-    <Card title={showsInches.value ? t`Position, inch` : t`Position, mm`} tools={<PositionTools />}>
+    <Card title={positionTitle()} tools={<PositionTools />}>
       <div class={`dro ${isLarge.value ? "large" : ""}`}>
         {axes.map((axis, i) => (
           <Axis key={axis} axis={axis} index={i} />
@@ -56,6 +56,17 @@ export function PositionCard(): JSX.Element {
       <Lamps />
     </Card>
   );
+}
+
+function positionTitle(): string {
+  if (isUnitUnknown.value) return t`Position, unit not reported yet`;
+  return showsInches.value ? t`Position, inch` : t`Position, mm`;
+}
+
+/** With its unit, where that is known. */
+function feedWords(feed: number): string {
+  if (isUnitUnknown.value) return String(feed);
+  return showsInches.value ? t`${feed.toFixed(1)} inch/min` : t`${feed.toFixed(0)} mm/min`;
 }
 
 const SAME_HEIGHT_MM = 0.05;
@@ -285,7 +296,6 @@ export function spindleWords(status: Status | null): string {
 function Lamps(): JSX.Element {
   const pins = controller.status.value?.pins ?? "";
   const axes = [...AXES.slice(0, axesShown.value)];
-  const feedNow = controller.status.value?.feed ?? 0;
   const spindle = spindleWords(controller.status.value);
   return (
     <div class="stack">
@@ -303,7 +313,7 @@ function Lamps(): JSX.Element {
       </div>
       <dl class="facts">
         <dt>{t`Feed`}</dt>
-        <dd class="mono" data-test="feed-now">{showsInches.value ? t`${feedNow.toFixed(1)} inch/min` : t`${feedNow.toFixed(0)} mm/min`}</dd>
+        <dd class="mono" data-test="feed-now">{feedWords(controller.status.value?.feed ?? 0)}</dd>
         <dt>{t`Spindle`}</dt>
         <dd class="mono">{spindle}</dd>
         <dt>{t`Modes`}</dt>

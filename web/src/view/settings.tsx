@@ -1,7 +1,7 @@
 /** All settings by name, unit and range: changed here, compared, and only then sent. */
 import { computed, signal } from "@preact/signals";
 import type { JSX } from "preact";
-import { attempt, controller, noHoming } from "../app";
+import { attempt, controller, noHoming, unknownYet } from "../app";
 import { defaultsText, exportText, same } from "../link/settingsfile";
 import { findSetting, settingName, settingProblem, settingsOf, type Setting } from "../tables";
 import { ApplyDialog, changesOf, MachineChoice, missingText } from "./apply";
@@ -55,7 +55,7 @@ function SettingsCard(): JSX.Element {
   if (current.value.size === 0)
     return (
       <Card title={t`Settings`}>
-        <p class="soft">{t`Connect to a controller to see its settings.`}</p>
+        <p class="soft">{unknownYet.value || t`Connect to a controller to see its settings.`}</p>
       </Card>
     );
   return (

@@ -1,7 +1,7 @@
 /** The addresses whose senders command without a login: listed, added, revoked. */
 import { signal } from "@preact/signals";
 import type { JSX } from "preact";
-import { attempt, controller, job } from "../app";
+import { attempt, controller, noLines } from "../app";
 import { trustedOf, type Trusted } from "../link/trust";
 import { Button, Card, duration } from "./parts";
 import { t } from "../words";
@@ -9,7 +9,7 @@ import { t } from "../words";
 const trusted = signal<Trusted[] | null>(null);
 
 async function ask(line: string): Promise<string[]> {
-  if (job.active.value) throw new Error(t`A job is running: stop it, or wait until it is finished.`);
+  if (noLines.value) throw new Error(noLines.value);
   return controller.send(line);
 }
 
