@@ -106,6 +106,41 @@ def test_nothing_reaches_out_of_its_card(phone: Page) -> None:
     assert found == []
 
 
+# Width of the screen, and size of the text, %: half of a small desktop at 400 %, a phone, and the text twice as large.
+SIZES = {(320, 100): 640, (360, 130): 740, (390, 200): 844}
+LANGUAGES = ("de", "es", "en")
+# Elements that are wider than the page, by the page's own scrolling; and what stops the machine, if anything lies over it.
+SCROLLS = "() => document.documentElement.scrollWidth - document.documentElement.clientWidth"
+COVERED = """() => ["hold", "resume", "reset"].filter((name) => {
+    const button = document.querySelector(`[data-test=${name}]`);
+    const { left, right, top, bottom } = button.getBoundingClientRect();
+    const corners = [[left + 6, top + 6], [right - 6, top + 6], [left + 6, bottom - 6], [right - 6, bottom - 6]];
+    const isCut = button.scrollWidth > button.clientWidth + 1 || button.scrollHeight > button.clientHeight + 1;
+    return isCut || corners.some((at) => !button.contains(document.elementFromPoint(...at)));
+})"""
+
+
+@pytest.mark.parametrize("size", SIZES, ids="{0[0]}px-{0[1]}%".format)
+def test_large_text_needs_no_scrolling_sideways(phone: Page, size: tuple[int, int]) -> None:
+    """WCAG 1.4.4 and 1.4.10, in every tab and language; Hold, Resume and Reset are whole and free."""
+    with_path(phone)
+    width, percent = size
+    phone.set_viewport_size({"width": width, "height": SIZES[size]})
+    phone.evaluate("percent => document.documentElement.style.fontSize = `${percent}%`", percent)
+    found = []
+    for language in LANGUAGES:
+        phone.locator("[data-test=language]").select_option(language)
+        expect(phone.locator("html")).to_have_attribute("lang", language)
+        for tab in ("guide", *TABS):
+            phone.locator(f"#tab-{tab}").evaluate("tab => tab.click()")
+            expect(phone.locator(f"#tab-{tab}")).to_have_attribute("aria-selected", "true")
+            expect(phone.locator(".card").first).to_be_visible()
+            if wide := phone.evaluate(SCROLLS):
+                found.append(f"{language} {tab}: {wide} px too wide")
+            found += [f"{language} {tab}: {name} is covered" for name in phone.evaluate(COVERED)]
+    assert found == []
+
+
 def test_the_legend_and_the_switch_lie_beside_each_other(phone: Page) -> None:
     with_path(phone)
     legend, switch, canvas = (box(phone.locator(f".path {name}")) for name in (".legend", ".segments", "canvas"))

@@ -167,6 +167,46 @@ def test_taps_at_one_place_jog_one_way(hand: Callable[..., Hand]) -> None:
         expect(machine.page.locator(".notices .notice.bad")).to_be_visible()
 
 
+# A finger on a control in the frame in which it has appeared.
+TOO_EARLY = """async () => {
+    document.querySelector("#tab-job").click();
+    await new Promise(requestAnimationFrame);
+    document.querySelector("#tab-control").click();
+    await new Promise(requestAnimationFrame);
+    const jog = document.querySelector("[data-test='jog-X+']");
+    const { left, top } = jog.getBoundingClientRect();
+    const place = { clientX: left + 9, clientY: top + 9, button: 0, pointerId: 1, bubbles: true, cancelable: true };
+    jog.dispatchEvent(new PointerEvent("pointerdown", place));
+}"""
+NOTES = {"en": "Not taken: this button", "de": "Nicht übernommen: Diese Taste", "es": "No aceptado: este botón"}
+
+
+@pytest.mark.parametrize("view", deep_but(VIEWS[0].__eq__, VIEWS), ids="-".join)
+def test_a_press_that_is_not_taken_is_shown(hand: Callable[..., Hand], view: tuple[str, str]) -> None:
+    """Politely, over the page, and without a later effect."""
+    machine = hand()
+    machine.page.emulate_media(reduced_motion="reduce")
+    machine.look(*view)
+    before = machine.page.evaluate(BOXES)
+    machine.sent()
+    machine.page.evaluate(TOO_EARLY)
+    note = machine.page.locator(".ignored-note")
+    expect(note).to_contain_text(NOTES[view[1]])
+    expect(note).to_have_attribute("role", "status")
+    jog = machine.console.by("jog-X+")
+    expect(jog).to_have_css("outline-style", "dashed")
+    expect(jog).to_have_css("animation-name", "none")
+    assert machine.page.evaluate(BOXES) == before
+    box, width = note.bounding_box(), SIZES[view[0]][0]
+    assert box and box["x"] >= 0 and box["x"] + box["width"] <= width
+    expect(machine.page.locator(".notices .notice.bad")).to_have_count(0)
+    machine.later(0.6)
+    machine.later(2)
+    expect(note).to_be_empty()
+    expect(jog).not_to_have_css("outline-style", "dashed")
+    assert machine.sent() == []
+
+
 # ---- start and stop ----
 
 

@@ -223,29 +223,31 @@ function Figures({ done }: { done: Preflight }): JSX.Element {
           {duration(report.cutting_seconds)}, {duration(report.rapid_seconds)}
         </dd>
       </dl>
-      <table>
-        <thead>
-          <tr>
-            <th>{t`Axis`}</th>
-            <th class="number">{t`from`}</th>
-            <th class="number">{t`to`}</th>
-            <th class="number">{t`fastest`}</th>
-          </tr>
-        </thead>
-        <tbody>
-          {axes.map((axis) => {
-            const i = AXES.indexOf(axis);
-            return (
-              <tr key={axis}>
-                <td>{axis}</td>
-                <td class="number mono">{(report.min_mm[i]! - (origin_mm[i] ?? 0)).toFixed(2)}</td>
-                <td class="number mono">{(report.max_mm[i]! - (origin_mm[i] ?? 0)).toFixed(2)}</td>
-                <td class="number mono">{(report.max_speed_mm_s[i]! * 60).toFixed(0)}</td>
-              </tr>
-            );
-          })}
-        </tbody>
-      </table>
+      <div class="scroll">
+        <table>
+          <thead>
+            <tr>
+              <th>{t`Axis`}</th>
+              <th class="number">{t`from`}</th>
+              <th class="number">{t`to`}</th>
+              <th class="number">{t`fastest`}</th>
+            </tr>
+          </thead>
+          <tbody>
+            {axes.map((axis) => {
+              const i = AXES.indexOf(axis);
+              return (
+                <tr key={axis}>
+                  <td>{axis}</td>
+                  <td class="number mono">{(report.min_mm[i]! - (origin_mm[i] ?? 0)).toFixed(2)}</td>
+                  <td class="number mono">{(report.max_mm[i]! - (origin_mm[i] ?? 0)).toFixed(2)}</td>
+                  <td class="number mono">{(report.max_speed_mm_s[i]! * 60).toFixed(0)}</td>
+                </tr>
+              );
+            })}
+          </tbody>
+        </table>
+      </div>
     </>
   );
 }

@@ -43,7 +43,7 @@ export function TrustCard(): JSX.Element | null {
     <Card title={t`Trusted addresses`} tools={tools}>
       <p class="soft">{t`Senders at these addresses may move the machine without the access key.`}</p>
       {rows !== null && rows.length === 0 && <p>{t`None`}</p>}
-      {rows !== null && rows.length > 0 && <TrustTable rows={rows} />}
+      {rows !== null && rows.length > 0 && <div class="scroll"><TrustTable rows={rows} /></div>}
     </Card>
   );
 }
