@@ -142,7 +142,9 @@ def test_a_pause_is_known_after_a_reload(socket_link: Callable[..., Console], in
     console.stands_at(X=round(5 / 25.4, 3) if inches else 5)
     console.knows("G54")
     console.tab("job")
-    expect(console.by("checked-with")).to_contain_text("With the settings, the offsets and the place of the connected machine")
+    expect(console.by("checked-with")).to_contain_text(
+        "With the settings, the offsets and the place of the connected machine"
+    )
     console.tab("settings")
     expect(console.page.get_by_text("Max travel").first).to_be_visible()
 
@@ -167,7 +169,9 @@ def test_another_browser_in_a_pause_says_what_waits(socket_link: Callable[..., C
     console.tab("job")
     console.by("resume").click()
     console.is_in("Idle")
-    expect(console.by("checked-with")).to_contain_text("With the settings, the offsets and the place of the connected machine")
+    expect(console.by("checked-with")).to_contain_text(
+        "With the settings, the offsets and the place of the connected machine"
+    )
     expect(console.page.get_by_text(waits)).to_have_count(0)
     console.tab("control")
     expect(console.page.get_by_role("heading", name="Position, inch")).to_be_visible()

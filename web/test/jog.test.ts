@@ -195,7 +195,7 @@ describe("a stop by someone else, of a jog that is held", () => {
     expect(await after(all)).not.toContain("$J=");
     all.board.says("<Idle|MPos:12.500,0.000,0.000>");
     expect(await after(all)).not.toContain("$J=");
-    all.jogger.begin({ X: 1 }, 600, "X+"); // pressed anew
+    all.jogger.begin({ X: 1 }, 600, "X+"); // pressed again
     expect(await after(all)).toContain("$J=");
     all.jogger.end();
   });

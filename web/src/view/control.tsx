@@ -232,7 +232,7 @@ function useKeyboard(on: boolean): void {
       event.preventDefault();
       if (event.repeat) return;
       if (distance.value !== HELD) return press(key.direction, KEYS);
-      if (!jogger.isHeld(KEYS)) keys.clear(); // stopped meanwhile: what is still down jogs again when it is pressed anew
+      if (!jogger.isHeld(KEYS)) keys.clear(); // stopped meanwhile: what is still down jogs when it is pressed again
       keys.set(event.key, key.direction);
       jogKeys();
     };
