@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 
 import pytest
@@ -138,6 +139,7 @@ def test_a_pause_is_known_after_a_reload(socket_link: Callable[..., Console], in
     console.rests()
     reload(console)
     console.rests()
+    console.tab("control")
     expect(console.page.get_by_role("heading", name="Position, inch" if inches else "Position, mm")).to_be_visible()
     console.stands_at(X=round(5 / 25.4, 3) if inches else 5)
     console.knows("G54")
@@ -146,7 +148,7 @@ def test_a_pause_is_known_after_a_reload(socket_link: Callable[..., Console], in
         "With the settings, the offsets and the place of the connected machine"
     )
     console.tab("settings")
-    expect(console.page.get_by_text("Max travel").first).to_be_visible()
+    expect(console.page.locator("[aria-label^='$130 ']").first).to_have_value(re.compile("^300"))
 
 
 def test_another_browser_in_a_pause_says_what_waits(socket_link: Callable[..., Console]) -> None:
@@ -159,6 +161,7 @@ def test_another_browser_in_a_pause_says_what_waits(socket_link: Callable[..., C
     reload(console)
     console.rests()
     waits = "The controller reports its settings and offsets when this pause has ended. State and position are known."
+    console.tab("control")
     expect(console.page.get_by_role("heading", name="Position, unit not reported yet")).to_be_visible()
     console.stands_at(X=round(5 / 25.4, 3))
     for tab in ("job", "settings", "guide"):
