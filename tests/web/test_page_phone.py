@@ -109,7 +109,7 @@ def test_nothing_reaches_out_of_its_card(phone: Page) -> None:
 # Width of the screen, and size of the text, %: half of a small desktop at 400 %, a phone, and the text twice as large.
 SIZES = {(320, 100): 640, (360, 130): 740, (390, 200): 844}
 LANGUAGES = ("de", "es", "en")
-# Elements that are wider than the page, by the page's own scrolling; and what stops the machine, if anything lies over it.
+# How much wider than the screen the page is; and what stops the machine, if anything lies over it.
 SCROLLS = "() => document.documentElement.scrollWidth - document.documentElement.clientWidth"
 COVERED = """() => ["hold", "resume", "reset"].filter((name) => {
     const button = document.querySelector(`[data-test=${name}]`);

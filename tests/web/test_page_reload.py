@@ -132,7 +132,7 @@ PAUSED = "G21G90\nG1X5F3000\nM0\nG1X10\nM30\n"
 
 @pytest.mark.parametrize("inches", [0, 1])
 def test_a_pause_is_known_after_a_reload(socket_link: Callable[..., Console], inches: int) -> None:
-    """M0 stops the lines behind it, the page's questions too: it has kept the answers of this start of the controller."""
+    """M0 stops the lines behind it, the page's questions too, whose answers it has kept."""
     console = socket_link(settings=(f"$13={inches}",))
     load(console, PAUSED)
     console.by("job-start").click()
