@@ -18,15 +18,8 @@ const CLOSE = 0.01;
 /** The jog would leave the travel. */
 const OUTSIDE = 15;
 const MAX_RATE = settingNumber("max_rate_mm_min");
-const STEPS_PER_MM = settingNumber("steps_per_mm");
-const REPORTS_IN_INCHES = settingNumber("report_inches");
-/** Slices end at the end of the travel by themselves. */
-const CLAMPS = settingNumber("jog_clamp");
-const MM_PER_INCH = 25.4;
-const LINEAR = 3;
-/** Of positions in reports, mm. And a step that is not known, mm. */
-const ROUNDING = 0.005;
-const USUAL_STEP = 0.02;
+/** States in which it may continue: a report from before it says Idle. */
+const KEEPS_JOGS = new Set(["Idle", "Jog"]);
 
 export type Direction = Readonly<Record<string, number>>;
 
@@ -40,10 +33,6 @@ interface Held {
   /** Slices without an answer, and since when the last answer came. */
   open: number;
   heardAt: number;
-  /** Where it began, mm; null: that is not known for sure. */
-  from: readonly number[] | null;
-  /** Way of the accepted slices along each axis, mm. */
-  accepted: number;
 }
 
 export class Jogger {
@@ -52,9 +41,6 @@ export class Jogger {
   private sentMs = 0;
   private startedAt = 0;
   private unwatch: () => void = () => {};
-  /** Lines without an answer; and the report that was the last one when one was answered: the place in it is old. */
-  private pending = 0;
-  private oldReport: unknown = null;
 
   /** @param tell  why a held jog does not continue, in words */
   constructor(
@@ -64,7 +50,7 @@ export class Jogger {
 
   /** So far in these directions, mm or degrees; at this feed, mm/min. */
   async step(direction: Direction, distance: number, feed: number): Promise<void> {
-    await this.answered(this.controller.send(line(direction, distance, feed)));
+    await this.controller.send(line(direction, distance, feed));
   }
 
   /** Continue until this is let go, the end of the travel, a refusal, or a stop by anyone. @param by  the button, or the keys */
@@ -72,7 +58,7 @@ export class Jogger {
     this.end();
     this.startedAt = performance.now();
     this.sentMs = 0;
-    const held: Held = (this.held = { by, direction, feed, stops: this.controller.stops, open: 0, heardAt: this.startedAt, from: this.restPlace(), accepted: 0 });
+    const held: Held = (this.held = { by, direction, feed, stops: this.controller.stops, open: 0, heardAt: this.startedAt });
     const more = (): void => {
       if (!this.isHeld(by)) return this.end();
       if (held.open >= MOST_OPEN && performance.now() - held.heardAt > STALLED_MS) return this.stall();
@@ -82,12 +68,11 @@ export class Jogger {
     };
     this.timer = setInterval(more, SLICE_MS / 2);
     more();
-    const before = this.controller.status.peek();
-    const unwatch = effect(() => {
-      const [status, state] = [this.controller.status.value, this.controller.state.value];
-      if (status !== before || state === "Alarm") queueMicrotask(() => this.held === held && this.look(held, state));
+    const began = this.controller.state.peek(); // where it may not, the first slice is refused
+    this.unwatch = effect(() => {
+      const state = this.controller.state.value;
+      if (state !== began && !KEEPS_JOGS.has(state) && !this.controller.operates.value) queueMicrotask(() => this.held === held && this.leave(state));
     });
-    this.unwatch = unwatch;
   }
 
   /** Not stopped meanwhile, which a new press ends and nothing else. */
@@ -95,52 +80,10 @@ export class Jogger {
     return this.held?.by === by && this.held.stops === this.controller.stops;
   }
 
-  /** A report, or an alarm: whether it was stopped by anyone else. */
-  private look(held: Held, state: string): void {
-    if (held.stops !== this.controller.stops) return this.end();
-    if (this.isAtRest() ? this.isShort(held) : state !== "Jog" && !this.controller.operates.peek()) this.stopped(state === "Alarm" ? "" : STOPPED());
-  }
-
-  /** An alarm has its own notice. */
-  private stopped(why: string): void {
+  /** The machine has left the jog, by someone else or by an alarm, which has its own notice. */
+  private leave(state: string): void {
     this.end();
-    if (why) this.tell(why);
-  }
-
-  private isAtRest(): boolean {
-    const { state, operates, status } = this.controller;
-    return operates.peek() ? status.peek()?.substate !== 1 : state.peek() === "Idle";
-  }
-
-  /** At rest before all that was accepted is moved: the rest was discarded. */
-  private isShort({ from, accepted, direction }: Held): boolean {
-    const settings = this.controller.settings.peek();
-    if (from === null || Number(settings.get(CLAMPS) ?? 0) > 0) return false;
-    const now = this.place();
-    return Object.entries(direction).some(([axis, sign]) => {
-      const i = AXES.indexOf(axis);
-      const step = 1 / Number(settings.get(STEPS_PER_MM + i) ?? 1 / USUAL_STEP);
-      return sign * (now[i]! - from[i]!) < accepted - ROUNDING - step;
-    });
-  }
-
-  /** mm, and degrees of rotary axes. */
-  private place(): number[] {
-    const unit = Number(this.controller.settings.peek().get(REPORTS_IN_INCHES) ?? 0) > 0 ? MM_PER_INCH : 1;
-    return this.controller.machinePosition.peek().map((value, i) => (i < LINEAR ? value * unit : value));
-  }
-
-  private restPlace(): number[] | null {
-    const isOld = this.pending > 0 || this.controller.status.peek() === this.oldReport;
-    return isOld || !this.isAtRest() ? null : this.place();
-  }
-
-  private async answered<Answer>(line: Promise<Answer>): Promise<Answer> {
-    this.pending++;
-    return line.finally(() => {
-      this.pending--;
-      this.oldReport = this.controller.status.peek();
-    });
+    if (state !== "Alarm") this.tell(t`The movement was stopped by another client or at the machine. Release the button and press it again to continue.`);
   }
 
   private stall(): void {
@@ -160,8 +103,7 @@ export class Jogger {
   private slice(held: Held): void {
     held.open++;
     const distance = ((held.feed / 60_000) * SLICE_MS) / Math.sqrt(Object.keys(held.direction).length);
-    void this.answered(this.controller.post(line(held.direction, distance, held.feed), false)).then((answer) => {
-      if (answer.kind === "ok") held.accepted += Number(round(distance));
+    void this.controller.post(line(held.direction, distance, held.feed), false).then((answer) => {
       held.open--;
       held.heardAt = performance.now();
       if (answer.kind === "ok" || this.held !== held) return;
@@ -172,7 +114,7 @@ export class Jogger {
       if (answer.kind === "error" && answer.code === OUTSIDE) void this.approach(held, distance);
       else {
         this.end();
-        if (answer.kind === "error") this.tell(refusedWords(answer.code, held.accepted > 0));
+        if (answer.kind === "error") this.tell(t`The jog was refused: error ${answer.code}, ${errorWords(answer.code)}`);
       }
     });
   }
@@ -180,20 +122,11 @@ export class Jogger {
   /** What is left to the end of the travel is shorter than a slice: halves of it, as long as they are accepted or not. */
   private async approach(held: Held, slice: number): Promise<void> {
     for (let part = slice / 2; part >= CLOSE / 2; part /= 2) {
-      const answer = await this.answered(this.controller.post(line(held.direction, part, held.feed), false));
-      if (answer.kind === "ok") held.accepted += Number(round(part));
+      const answer = await this.controller.post(line(held.direction, part, held.feed), false);
       if (this.held !== held || answer.kind === "lost") return;
     }
     this.tell(t`End of the travel: ${Object.entries(held.direction).map(([axis, sign]) => `${axis}${sign > 0 ? "+" : "−"}`).join(" ")}`);
   }
-}
-
-const STOPPED = (): string => t`The movement was stopped by another client or at the machine. Release the button and press it again to continue.`;
-
-/** A jog that has moved is refused because someone stopped it. */
-function refusedWords(code: number, hasMoved: boolean): string {
-  const words = t`The jog was refused: error ${code}, ${errorWords(code)}`;
-  return hasMoved ? `${STOPPED()} ${words}` : words;
 }
 
 /** No axis of a held jog is asked for more than its fastest feed: what it cannot move would pile up. */
