@@ -219,7 +219,7 @@ def test_what_is_surely_wrong_is_a_warning(check, text, kind, line, words):
     [
         "G4 P5\nG0X1\n",
         "G10 L20 P1 X0\nG0X1\n",
-        "F100\nG0X10\nG3X10I-10P200\nG80\n",
+        "F6000\nG0X1\nG3X1I-1P200\nG80\n",
         "G93\nG1X1F90000\nG94\n",
         "M3S1000\nG0X1\n",
         "(M104 E1)G0X1\n",
@@ -239,7 +239,7 @@ def test_a_bracket_within_a_comment_is_named():
 
 def test_without_a_machine_only_what_no_machine_can_do_is_found(check, kinds):
     """Travel and rates of a machine that is not named are not judged, even those of Grbl's defaults."""
-    job = "G21G90\nG1X5000F9000\nG4P4000\nS99999M3\nG1X\nG0X0\n"
+    job = "G21G90\nG1X5000F9000\nG4P400\nS99999M3\nG1X\nG0X0\n"
     code, report = check(job, machine=None)
     assert (code, report["machine"]) == (1, None)
     assert kinds(report) == [("refused", 5, 5), ("dwell", 3, 3)]

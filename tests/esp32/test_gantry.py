@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 from esp32_registers import ESP32, FLAGS, HERE, ROOT, build_folder, chip_folder, objects
 from patience import BUILD_S, HANG_S
-from slow import deep_but
 from wificnc.board.load import load_board
 from wificnc.build.compiler import locate_compiler
 from xtensa.headers import by_rmt
@@ -31,7 +30,6 @@ BOARDS = (
     ("esp32s3", "rmt", "esp32s3-devkitc-gantry"),
     ("esp32s3", "spi", "esp32s3-devkitc-shift"),
 )
-KEPT = ("esp32", "gpio", "esp32-wroom32")  # the other engines and chip: tests/espsim steps them, each night homes them
 
 
 def sources(chip: str) -> list[Path]:
@@ -40,8 +38,8 @@ def sources(chip: str) -> list[Path]:
     return [*models, *sorted((ROOT / "core").rglob("*.c")), *sorted((ROOT / "targets" / "chip").glob("*.c")), *parts]
 
 
-@pytest.mark.slow  # all of the core for a board of its own; tests/grbl has a quick one
-@pytest.mark.parametrize("target", deep_but(KEPT.__eq__, BOARDS), ids="-".join)
+@pytest.mark.deep  # compiles all of the core; tests/grbl homes in the host's, tests/pic32mz at a real image's pins
+@pytest.mark.parametrize("target", BOARDS, ids="-".join)
 def test_a_crooked_gantry_homes_square(target: tuple[str, str, str], tmp_path: Path) -> None:
     """By the board file, and on boards without a gantry by $211."""
     chip, engine, board_id = target

@@ -11,6 +11,7 @@ from contextlib import contextmanager, suppress
 import pytest
 from esp32_serve import serving_esp32
 from patience import wait_until
+from slow import deep_but
 from test_telnet import PLACES, Client, serving, state
 
 STRANGER, OTHER = "127.0.0.66", "127.0.0.77"
@@ -112,9 +113,9 @@ def answer(client: Client) -> bytes:
 
 
 @pytest.mark.slow
-def test_a_stream_loses_nothing_while_a_stranger_floods() -> None:
+@pytest.mark.parametrize("lines", deep_but((200).__eq__, [200, 700]))
+def test_a_stream_loses_nothing_while_a_stranger_floods(lines: int) -> None:
     """200 connections that come and pour bytes: each line of the owner is answered once, in order, and run."""
-    lines = 700
     ending = threading.Event()
     with serving_esp32("correct horse") as ports:
         owner = Client(ports.telnet, OWNER)

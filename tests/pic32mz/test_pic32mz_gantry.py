@@ -21,7 +21,7 @@ from wificnc.chip.machine import STORE_OFFSET, motor_wire
 from wificnc.chip.virtual import CPU_HZ, NO_PIN
 from wificnc.sim.run import SimOptions
 
-pytestmark = pytest.mark.slow  # tests/esp32 and tests/grbl have quick ones
+pytestmark = pytest.mark.slow  # tests/grbl has quick ones
 
 FIRST, SECOND = 1, 3  # motors of Y
 HIGH, PULL_OFF = 1007, 500

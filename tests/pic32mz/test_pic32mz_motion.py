@@ -55,6 +55,7 @@ def chip_trace(controller: Controller, lines: str) -> NDArray[np.int64]:
     return np.stack([ns, steps["step"].astype(np.int64), steps["dir"].astype(np.int64)], axis=1)
 
 
+@pytest.mark.alike(4)
 @pytest.mark.parametrize("lines", LINES.values(), ids=LINES.keys())
 def test_the_same_steps_as_the_host_at_the_same_times(controller: Controller, tmp_path: Path, lines: str) -> None:
     """Steps and directions exactly; times within a tick, but where another interrupt was just beginning."""
@@ -115,7 +116,7 @@ def test_pulse_length_follows_setting_0(controller: Controller) -> None:
     assert 10.0 <= controller.chip.pulses().high * NS_PER_CYCLE / 1000 <= 10.2
 
 
-@pytest.mark.slow
+@pytest.mark.deep  # test_the_promised_rate_holds has that rate with caches and a busy port
 def test_the_greatest_step_rate(controller: Controller) -> None:
     """The board's events a second on four axes, exact to the last step, in less than 30 % of the processor's time."""
     rate = controller.board.timing.max_step_rate_hz
@@ -183,6 +184,7 @@ def test_feed_hold_and_resume_lose_nothing(controller: Controller) -> None:
     assert controller.stands() == [12500, 5000, 0, 0]
 
 
+@pytest.mark.alike(1)
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "flood", ["?" * 20_000, "\n" * 900 + "?" * 20_000 + "\n" * 100], ids=["reports", "empty lines"]

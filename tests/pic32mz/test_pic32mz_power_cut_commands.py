@@ -88,7 +88,7 @@ def torn_at(nth: int) -> list[Torn]:
     return list(Torn) if ALL_ON_CHIP else [Torn(nth % 3)]
 
 
-@pytest.mark.alike(4)
+@pytest.mark.alike(2)
 @pytest.mark.slow
 @pytest.mark.parametrize("command", slow_but(QUICK.__contains__, COMMANDS))
 def test_old_or_new(board: Board, image: tuple[Block, ...], before: bytes, command: str) -> None:

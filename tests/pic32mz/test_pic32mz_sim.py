@@ -42,6 +42,7 @@ def test_what_cam_programs_write_around_a_job(build: Pic32Build, job: Path, caps
     assert "the same steps" in said and "0 refused" in said
 
 
+@pytest.mark.alike(1)
 @pytest.mark.slow
 @pytest.mark.parametrize("options", [("$3=3",), ("$2=3",), ("$2=1", "$3=5")])
 def test_inverted_wires_are_no_difference(

@@ -22,13 +22,17 @@ from installed import missing
 from packaging.utils import parse_wheel_filename
 from patience import BUILD_S, HANG_S
 from release_tree import ROOT, Tree
+from slow import deep_but
 from wificnc import __version__
+from wificnc.build.host import ensure_host_library
 from wificnc.build.platforms import PLATFORMS
 from wificnc.release.plan import Source, plan_release
 from wificnc.release.wheel import native_files, platform_wheel, wheel_tag
+from wificnc.serve.server import serve_program
 from wificnc.sim.run import SimOptions, simulate
 
 HERE = "linux-x86_64"
+IS_HERE = sys.platform == "linux" and os.uname().machine == "x86_64"
 JOB, PROFILE = ROOT / "examples" / "pcb_outline.nc", ROOT / "examples" / "machines" / "shapeoko3.toml"
 LARGEST_MB = 4.0  # without firmware and page
 FILES = {  # what a wheel has and the package for all computers has not
@@ -103,7 +107,7 @@ def check_promises(data: bytes, pure: Path, name: str, compiled_in: Path) -> Non
         assert max(needed_glibc(content) for content in files) <= promised_glibc(name)
 
 
-@pytest.mark.deep  # of this computer's a release is looked at below
+@pytest.mark.deep
 @pytest.mark.parametrize("name", sorted(PLATFORMS))
 def test_a_compiled_wheel_has_what_it_promises(dist: Path, name: str) -> None:
     data = platform_wheel(pure_wheel(dist), wheel_tag(PLATFORMS[name]), native_files(ROOT, PLATFORMS[name]))
@@ -129,7 +133,7 @@ def needed_glibc(content: bytes) -> tuple[int, int]:
 @pytest.fixture(scope="module")
 def wheel(tree: Tree, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Of a release, for this computer."""
-    if not (sys.platform == "linux" and os.uname().machine == "x86_64"):
+    if not IS_HERE:
         pytest.skip("another system than Linux on x86-64")
     made = tmp_path_factory.mktemp("wheels") / "dist"
     tree.release("--platforms", HERE, "--boards", "esp32s3-zero", "-o", made)
@@ -137,7 +141,7 @@ def wheel(tree: Tree, tmp_path_factory: pytest.TempPathFactory) -> Path:
     return wheel
 
 
-@pytest.mark.slow
+@pytest.mark.deep  # it compiles all of it by zig; two files that are no programs stand for them above
 def test_a_released_wheel_has_what_it_promises(wheel: Path, tree: Tree) -> None:
     check_promises(wheel.read_bytes(), pure_wheel(wheel.parent), HERE, tree.root)
 
@@ -150,8 +154,22 @@ def test_another_folder_compiles_the_same_bytes(wheel: Path) -> None:
 
 
 @pytest.fixture(scope="module")
-def command(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The wheel in an empty environment, as pip installs it."""
+def wheel_made_here(dist: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """With what the tests' own compiler made for other tests, in place of what zig makes for a release."""
+    native = {each.name: each.read_bytes() for each in (ensure_host_library(), serve_program())}
+    assert {f"wificnc/native/{name}" for name in native} == wanted_files(HERE)
+    name = f"wificnc-{__version__}-{wheel_tag(PLATFORMS[HERE])}.whl"
+    wheel = tmp_path_factory.mktemp("wheels") / name
+    wheel.write_bytes(platform_wheel(pure_wheel(dist), wheel_tag(PLATFORMS[HERE]), native))
+    return wheel
+
+
+@pytest.fixture(scope="module", params=deep_but("wheel_made_here".__eq__, ["wheel_made_here", "wheel"]))
+def command(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A wheel in an empty environment, as pip installs it."""
+    if not IS_HERE:
+        pytest.skip("another system than Linux on x86-64")
+    wheel = request.getfixturevalue(request.param)
     folder = tmp_path_factory.mktemp("empty") / "venv"
     venv.create(folder, with_pip=False, symlinks=True)
     pip = [sys.executable, "-m", "pip", "--python", str(folder / "bin" / "python"), "install", "-q", "--no-compile"]

@@ -44,5 +44,6 @@ def test_other_numbers_pass(code: str) -> None:
     assert messages(code) == []
 
 
+@pytest.mark.deep  # `make lint` reads the same files
 def test_nothing_in_core_and_targets() -> None:
     assert [str(problem) for problem in check_settings(ROOT)] == []

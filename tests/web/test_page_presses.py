@@ -5,7 +5,8 @@ The page's clock jumps between two presses (0.2, 0.6 and 2 s), so that no test w
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
+from itertools import product
 
 import pytest
 from console_page import SLOW, SWITCHES, Console, home, load, square
@@ -18,6 +19,7 @@ pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 SIZES = {"phone": (390, 844), "tablet": (820, 1180), "desktop": (1440, 900)}
 LANGUAGES = ("en", "de", "es")
 VIEWS = (("phone", "de"), ("tablet", "es"), ("desktop", "en"))
+EVERY_VIEW = tuple(product(SIZES, LANGUAGES))
 AGAIN_S = (0.2, 0.6, 2.0)
 QUESTIONS = {"$I", "$$", "$#", "$G"}
 TABS = ("control", "job", "guide", "inout")
@@ -98,20 +100,20 @@ def hand(socket_link: Callable[..., Console]) -> Callable[..., Hand]:
 # ---- notices ----
 
 
-def measured(hand: Hand) -> dict[tuple[str, str, str], dict[str, list[int]]]:
-    """Every control in every size, language and tab."""
+def measured(hand: Hand, views: Collection[tuple[str, str]]) -> dict[tuple[str, str, str], dict[str, list[int]]]:
+    """Every control in these sizes with their language, and in every tab."""
     found: dict[tuple[str, str, str], dict[str, list[int]]] = {}
-    for size in SIZES:
-        for language in LANGUAGES:
-            hand.look(size, language)
-            for tab in TABS:
-                hand.console.tab(tab)
-                hand.page.locator("#view [data-machine]").first.wait_for()
-                found[size, language, tab] = hand.page.evaluate(BOXES)
+    for size, language in views:
+        hand.look(size, language)
+        for tab in TABS:
+            hand.console.tab(tab)
+            hand.page.locator("#view [data-machine]").first.wait_for()
+            found[size, language, tab] = hand.page.evaluate(BOXES)
     return found
 
 
-def test_no_notice_moves_a_control(hand: Callable[..., Hand]) -> None:
+@pytest.mark.parametrize("views", deep_but(VIEWS.__eq__, [VIEWS, EVERY_VIEW]), ids=["some views", "every view"])
+def test_no_notice_moves_a_control(hand: Callable[..., Hand], views: Collection[tuple[str, str]]) -> None:
     """A refused line, a hold, a parked tool change, an alarm that waits for a reset; in all sizes and languages."""
     machine = hand(speed=0.5, settings=LIMITED)
     console = machine.console
@@ -119,14 +121,14 @@ def test_no_notice_moves_a_control(hand: Callable[..., Hand]) -> None:
     load(console, "G21G90\nG1X-5F300\nT1M6\nG1X-10\n", "tool.nc")
     console.tab("guide")
     machine.page.get_by_role("button", name="Homing").click()  # the step with Home and Reset
-    before = measured(machine)
+    before = measured(machine, views)
     assert {"jog-Z+", "home", "go-G28"} <= set(before["phone", "de", "control"])
     assert {"job-start", "job-stop"} <= set(before["phone", "de", "job"])
     assert "guide-home" in before["phone", "de", "guide"]
 
     def is_as_before(notice: Locator) -> None:
         expect(notice.first).to_be_visible()
-        for where, boxes in measured(machine).items():
+        for where, boxes in measured(machine, views).items():
             assert boxes == before[where], where
 
     machine.look("desktop", "en")

@@ -168,12 +168,23 @@ def test_what_is_queued_is_held(make_device: Callable[..., Device], how: str) ->
     at = device.pulses[0]
     assert device.state == "Hold:0" and 0 < at < 8000
     assert "[MSG:Remote host lost: feed hold]" in device.heard()
-    device.run(3600)
+    device.run(60)
     assert (device.pulses[0], device.state) == (at, "Hold:0")
     device.text("~")
     device.run(10)
     end = at if how == "closed" else 8000  # a host that has left does not come back for what a hold keeps
     assert (device.pulses[0], device.state) == (end, "Idle")
+
+
+@pytest.mark.alike(1)  # an hour is some five seconds of the processor
+@LOSSES
+def test_what_is_held_is_held_for_an_hour(make_device: Callable[..., Device], how: str) -> None:
+    device = make_device()
+    lose(device, how)
+    device.run(1)
+    at = device.pulses[0]
+    device.run(3600)
+    assert (device.pulses[0], device.state) == (at, "Hold:0") and 0 < at < 8000
 
 
 @LOSSES

@@ -112,6 +112,7 @@ def lateness_ns(pc: NDArray[np.int64], chip: NDArray[np.int64]) -> NDArray[np.fl
     return np.concatenate([part - np.median(part) for part in parts])
 
 
+@pytest.mark.alike(4)
 @pytest.mark.parametrize("lines", LINES.values(), ids=LINES.keys())
 def test_the_same_steps_as_the_pc_at_the_same_times(program: Built, tmp_path: Path, lines: str) -> None:
     """Every step and direction, each time within one tick of the step timer and the interrupt's latency."""
@@ -133,6 +134,7 @@ def test_the_stacks_high_water_mark(program: Built) -> None:
         assert 0 < running.stack_used() <= size - RESERVE
 
 
+@pytest.mark.alike(4)
 @pytest.mark.parametrize("lines", LINES.values(), ids=LINES.keys())
 def test_with_caches_the_same_steps_as_the_pc(program: Built, tmp_path: Path, lines: str) -> None:
     """On both cores. An instruction of core 1 may wait for a line of the cache, and that for one of the other core."""
@@ -141,6 +143,7 @@ def test_with_caches_the_same_steps_as_the_pc(program: Built, tmp_path: Path, li
     assert_steps_in_time(pc, chip, NS_PER_CYCLE, waits_ns)
 
 
+@pytest.mark.alike(2)
 @pytest.mark.parametrize("lines", [LINES["one axis"], LINES["fast"]], ids=["one axis", "fast"])
 def test_with_caches_steps_at_one_speed_come_evenly(program: Built, lines: str) -> None:
     """Between the ramps: a tick of rounding, an instruction that ends first, which may load the time from a register,
@@ -154,6 +157,7 @@ def test_with_caches_steps_at_one_speed_come_evenly(program: Built, lines: str) 
         assert (uneven > even).sum() <= 2 * running.misses
 
 
+@pytest.mark.alike(2)
 @pytest.mark.parametrize("lines", [LINES["one axis"], LINES["fast"]], ids=["one axis", "fast"])
 def test_a_task_that_comes_every_20_ms_makes_the_same_steps(program: Built, tmp_path: Path, lines: str) -> None:
     """A single move is published far enough ahead. Batches end at other places, and times between differ a little."""
@@ -162,6 +166,7 @@ def test_a_task_that_comes_every_20_ms_makes_the_same_steps(program: Built, tmp_
     assert np.abs(lateness_ns(pc, chip)).max() <= LATE_TASK_NS
 
 
+@pytest.mark.alike(4)
 @pytest.mark.parametrize("period_us", [1000, 20_000])
 @pytest.mark.parametrize("lines", [LINES["diagonal of four axes"], ARCS], ids=["diagonal", "arcs"])
 def test_no_step_is_lost_when_a_task_is_late(program: Built, tmp_path: Path, lines: str, period_us: int) -> None:
