@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from enum import Enum
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -105,6 +106,7 @@ class NoRingError(pytest.UsageError):
     """A test file of which this table says nothing."""
 
 
+@cache
 def ring_of(path: Path, test: str = "") -> Ring:
     """Of a file of tests, or of the function in it. Raises NoRingError."""
     file = path.relative_to(TESTS).as_posix()
