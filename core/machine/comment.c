@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT
  * A comment for the operator. In PRINT and DEBUG values take the place of parameters, as in LinuxCNC: #5220,
  * #<name>, and from a %d, %f, %.2f or %lf on with so many decimals. */
+#include "machine/comment.h"
+
 #include "machine/parts.h"
 #include "machine/report.h"
-
-#include "gcode/readings.h"
 
 #include <math.h>
 #include <string.h>
@@ -65,17 +65,16 @@ static bool read_reference(const char **text, char name[PARAMS_NAME_SIZE], struc
     return true;
 }
 
-static void print_value(const struct machine *machine, const struct param_ref *ref, unsigned decimals) {
-    const struct param_context context = {
-        .gcode = &machine->interp.gcode, .params = &machine->interp.params, .line = machine->lines.count};
+static void print_value(const struct text_out *out, const struct param_context *context,
+                        const struct param_ref *ref, unsigned decimals) {
     double value;
-    if (readings_get(&context, ref, &value) == STATUS_OK && fabs(value) < 1e12)
-        text_fixed(&machine->out, value, decimals);
+    if (readings_get(context, ref, &value) == STATUS_OK && fabs(value) < 1e12)
+        text_fixed(out, value, decimals);
     else
-        text_string(&machine->out, "######");
+        text_string(out, "######");
 }
 
-static void print_with_values(const struct machine *machine, const char *text) {
+void comment_print(const struct text_out *out, const struct param_context *context, const char *text) {
     unsigned decimals = DECIMALS_OF_LF;
     while (*text != '\0') {
         char name[PARAMS_NAME_SIZE];
@@ -83,11 +82,11 @@ static void print_with_values(const struct machine *machine, const char *text) {
         if (*text == '%' && read_format(&text, &decimals))
             continue;
         if (*text == '#' && read_reference(&text, name, &ref)) {
-            print_value(machine, &ref, decimals);
+            print_value(out, context, &ref, decimals);
             continue;
         }
         const size_t plain = 1 + strcspn(text + 1, "#%");
-        machine->out.write(machine->out.ctx, text, plain);
+        out->write(out->ctx, text, plain);
         text += plain;
     }
 }
@@ -100,7 +99,9 @@ void report_line_comment(struct machine *machine) {
         report_message(machine, text);
         return;
     }
+    const struct param_context context = {
+        .gcode = &machine->interp.gcode, .params = &machine->interp.params, .line = machine->lines.count};
     text_string(&machine->out, "[MSG:");
-    print_with_values(machine, text);
+    comment_print(&machine->out, &context, text);
     text_string(&machine->out, "]\r\n");
 }

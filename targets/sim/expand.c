@@ -5,6 +5,7 @@
 #include "gcode/formula.h"
 #include "input/line_reader.h"
 #include "knowledge.h"
+#include "machine/comment.h"
 #include "program.h"
 
 #include <stdbool.h>
@@ -17,9 +18,13 @@ enum { NUMBERED_ROOM = PARAMS_USER_MAX, NAMED_ROOM = 4096 };
 /* Of a computed value; fewer where the line would become too long. 1e-4 mm is less than a step. */
 enum { DECIMALS_MAX = 6, DECIMALS_MIN = 4 };
 
-struct expand {
-    char *text;
+struct bytes {
+    char *items;
     size_t size, room;
+};
+
+struct expand {
+    struct bytes text, comments;
     uint32_t *numbers;
     size_t count, count_room;
     enum status status;
@@ -61,25 +66,67 @@ static void *grown(void *items, size_t wanted, size_t *room, size_t item_size) {
     return realloc(items, *room * item_size);
 }
 
+static bool add_bytes(struct bytes *to, const char *bytes, size_t count) {
+    if (to->size + count > to->room || to->items == NULL) {
+        char *items = grown(to->items, to->size + count, &to->room, 1);
+        if (items == NULL)
+            return false;
+        to->items = items;
+    }
+    memcpy(to->items + to->size, bytes, count);
+    to->size += count;
+    return true;
+}
+
 static bool add_line(struct expand *out, const char *line, uint32_t number) {
-    size_t length = strlen(line);
-    char *text = out->text;
     uint32_t *numbers = out->numbers;
-    if (out->size + length + 2 > out->room)
-        text = grown(text, out->size + length + 2, &out->room, 1);
-    if (text == NULL)
-        return false;
-    out->text = text;
     if (out->count + 1 > out->count_room)
         numbers = grown(numbers, out->count + 1, &out->count_room, sizeof *numbers);
     if (numbers == NULL)
         return false;
     out->numbers = numbers;
-    memcpy(text + out->size, line, length);
-    text[out->size + length] = '\n';
-    out->size += length + 1;
     numbers[out->count++] = number;
+    return add_bytes(&out->text, line, strlen(line)) && add_bytes(&out->text, "\n", 1);
+}
+
+/* The comments of the line that was read last, in their brackets or behind their semicolon. */
+static bool add_comments(struct bytes *to, const struct text *text, size_t at) {
+    while (at < text->size && text->bytes[at] != '\n' && text->bytes[at] != '\r') {
+        size_t end = at + 1;
+        const char opens = text->bytes[at];
+        while (opens != '(' ? opens == ';' : text->bytes[end - 1] != ')') {
+            if (end == text->size || text->bytes[end] == '\n' || text->bytes[end] == '\r')
+                break;
+            end++;
+        }
+        if ((opens == '(' || opens == ';') && !add_bytes(to, text->bytes + at, end - at))
+            return false;
+        at = end;
+    }
     return true;
+}
+
+static void write_comments(void *ctx, const char *bytes, size_t count) {
+    struct expand *out = ctx;
+    out->short_of_memory |= !add_bytes(&out->comments, bytes, count);
+}
+
+/* Before what the line does, as the controller shows them. */
+static void take_comments(struct run *run) {
+    struct expand *out = run->out;
+    const struct text *text = run->program.source.ctx;
+    const struct text_out writer = {.write = write_comments, .ctx = out};
+    const struct param_context context = {
+        .gcode = &run->gcode, .params = &run->params, .line = run->program.line, .unknown = run->unknown};
+    struct bytes raw = {0};
+    if (!run->program.has_values)
+        out->short_of_memory |= !add_comments(&out->comments, text, run->program.at.offset);
+    else if (add_comments(&raw, text, run->program.at.offset) && add_bytes(&raw, "", 1))
+        comment_print(&writer, &context, raw.items);
+    else
+        out->short_of_memory = true;
+    free(raw.items);
+    write_comments(out, "\n", 1);
 }
 
 /* ---- one run ---- */
@@ -117,23 +164,29 @@ static enum status compute(struct run *run, struct formula *formula) {
     return STATUS_LINE_TOO_LONG;
 }
 
-/* $ lines and what is not G-code go through unchanged. */
+/* What the line says and does. $ lines and what is not G-code go through unchanged. */
 static enum status take_line(struct run *run, bool *ends) {
     struct gcode_command command;
     struct formula formula;
+    struct expand *out = run->out;
+    const size_t comments_before = out->comments.size;
     const char *line = run->program.text;
+    take_comments(run);
     if (line[0] != '$' && formula_is(line)) {
         enum status status = compute(run, &formula);
         if (status != STATUS_OK)
             return status;
         line = formula.text;
     }
-    if (line[0] == '\0')
+    if (line[0] == '\0' && !run->program.has_message) {
+        out->comments.size = comments_before;
         return STATUS_OK;
+    }
     if (strlen(line) >= LINE_SIZE)
         return STATUS_LINE_TOO_LONG;
-    if (!add_line(run->out, line, run->program.line))
-        run->out->short_of_memory = *ends = true;
+    out->short_of_memory |= !add_line(out, line, run->program.line);
+    if (out->short_of_memory)
+        *ends = true;
     /* The line goes out in any case; followed is only what the machine will execute. */
     else if (line[0] != '$' && gcode_line(&run->gcode, line, &command) == STATUS_OK)
         *ends = follow(run, line, &command);
@@ -183,7 +236,8 @@ struct expand *expand_create(const char *text, size_t size, enum expand_start st
 void expand_destroy(struct expand *expand) {
     if (expand == NULL)
         return;
-    free(expand->text);
+    free(expand->text.items);
+    free(expand->comments.items);
     free(expand->numbers);
     free(expand);
 }
@@ -197,8 +251,13 @@ uint32_t expand_error_line(const struct expand *expand) {
 }
 
 const char *expand_text(const struct expand *expand, size_t *size) {
-    *size = expand->size;
-    return expand->text;
+    *size = expand->text.size;
+    return expand->text.items;
+}
+
+const char *expand_comments(const struct expand *expand, size_t *size) {
+    *size = expand->comments.size;
+    return expand->comments.items;
 }
 
 size_t expand_lines(const struct expand *expand, const uint32_t **numbers) {

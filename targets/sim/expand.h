@@ -35,8 +35,13 @@ int expand_error(const struct expand *expand);
 /** Line of the file, 1-based, in which the error is. */
 uint32_t expand_error_line(const struct expand *expand);
 
-/** The plain lines, each with its LF, of at most LINE_SIZE - 1 characters; *size bytes. */
+/** The plain lines, each with its LF, of at most LINE_SIZE - 1 characters; *size bytes. One that has only a
+ * comment for the operator is empty. */
 const char *expand_text(const struct expand *expand, size_t *size);
+
+/** The comments of each of these lines, each line with its LF: in their brackets or behind their semicolon, as
+ * in the text, but in PRINT and DEBUG with values in place of parameters; *size bytes. */
+const char *expand_comments(const struct expand *expand, size_t *size);
 
 /** Number of lines, and of each of them where in the file it came from. */
 size_t expand_lines(const struct expand *expand, const uint32_t **numbers);

@@ -428,7 +428,7 @@ static enum status take_line(struct program *program, struct params *params, str
     *plain = program->restores;
     if (program->restores) {
         memcpy(program->text, restore, sizeof restore);
-        program->restores = false;
+        program->restores = program->has_message = false;
         return STATUS_OK;
     }
     status = program_read_line(program, more);
@@ -443,7 +443,8 @@ static enum status take_line(struct program *program, struct params *params, str
     status = oword_read(&context, program->text, &oword);
     if (status != STATUS_OK)
         return status;
-    *plain = oword.kind == OWORD_NONE && program->text[0] != '\0' && !gcode_is_program_mark(program->text);
+    *plain = oword.kind == OWORD_NONE && (program->text[0] != '\0' || program->has_message) &&
+             !gcode_is_program_mark(program->text);
     return take_oword(&step);
 }
 

@@ -85,6 +85,8 @@ struct program {
     char text[PROGRAM_LINE_SIZE];
     uint32_t line;
     enum status status;
+    bool has_message; /* the line has a comment for the operator; text may be empty then */
+    bool has_values;  /* ... with parameters in it */
     /* private */
     struct program_source source;
     struct program_at at, next; /* the line that was read last, the one behind it */

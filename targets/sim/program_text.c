@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "program_text.h"
 
+#include "input/line_reader.h"
 #include "input/text_byte.h"
 
 /* What is left out at the moment; the rules of input/line_reader.c. */
@@ -63,17 +64,22 @@ static void end_line(struct program *program, int byte) {
 
 enum status program_read_line(struct program *program, bool *more) {
     struct filter filter = {.skipping = SKIP_NOTHING};
+    struct line_reader reader;
     int byte = program->next.offset < program->end ? byte_at(program, program->next.offset) : end_of_text;
     uint8_t left = 0;
 
     *more = byte != end_of_text;
     program->at = program->next;
+    line_reader_reset(&reader);
     for (; byte >= 0 && byte != '\n' && byte != '\r'; byte = byte_at(program, program->next.offset)) {
         uint8_t code = (uint8_t)byte;
         if (text_byte(&left, &code))
             take(program, &filter, code < 0x80 ? (char)code : TEXT_LETTER);
+        (void)line_reader_put(&reader, (uint8_t)byte);
         program->next.offset++;
     }
+    program->has_message = line_reader_has_message(&reader);
+    program->has_values = line_reader_has_values(&reader);
     program->text[filter.length] = '\0';
     if (*more)
         end_line(program, byte);

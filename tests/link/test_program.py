@@ -119,7 +119,7 @@ def test_messages_of_a_program_with_o_words_ask_for_no_values() -> None:
     """The controller has none of its parameters: it would show others."""
     text = b"#1=5\no1 repeat [2]\nG0X1 (PRINT,x=#1)\no1 endrepeat\nG0X2 ; debug, #<_x>\nG0X3 (MSG,#1)\n"
     comments = [line.comment for line in job_program("job.nc", text, 1000).lines if line.comment]
-    assert comments == [b"(MSG,x=#1)", b"(MSG,x=#1)", b"(MSG, #<_x>)", b"(MSG,#1)"]
+    assert comments == [b"(MSG,x=5.000000)", b"(MSG,x=#1)", b"(MSG, #<_x>)", b"(MSG,#1)"]
 
 
 def test_a_line_with_a_message_alone_is_sent() -> None:

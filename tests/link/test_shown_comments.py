@@ -17,6 +17,27 @@ M1 ; nichts
 (DEBUG,ö %.1f#5420 #5421ü)
 G0 X1 (MSG,a|b [ä])
 """
+LOOP = """#2=0
+o100 sub
+  (MSG,Größe 6 × 4)
+  G1 X[#1] F6000 (PRINT,Länge #1 mm, %.1f#1)
+o100 endsub
+o101 while [#2 lt 2]
+  (debug, #2 [é])
+  o100 call [#2*2]
+  #2=[#2+1]
+  G0 X0 (no message)
+o101 endwhile
+M1 ; nichts
+(MSG, Ende)
+M2
+(MSG, nie)
+"""
+ROUNDS = [
+    *("0.000000 [é]", "Größe 6 × 4", "Länge 0.000000 mm, 0.0"),
+    *("1.000000 [é]", "Größe 6 × 4", "Länge 2.000000 mm, 2.0"),
+    "Ende",
+]
 SHOWN = ["Größe prüfen!", "Länge [mm] = 0.000000 é 0.000000 ?", "ö 0.0 0.0ü", "a|b [ä]"]
 
 
@@ -50,6 +71,33 @@ def test_send_shows_them(job: str, bridge: Bridge, monkeypatch: pytest.MonkeyPat
     stdout, stderr = run("send", job, "--json")
     assert [each for each in json.loads(stdout)["messages"] if each in SHOWN] == SHOWN
     assert all(each in stderr for each in SHOWN)
+
+
+@pytest.fixture
+def loop(tmp_path: Path) -> str:
+    """A program whose comments are executed several times."""
+    path = tmp_path / "loop.ngc"
+    path.write_text(LOOP, encoding="utf-8")
+    return str(path)
+
+
+def test_sim_and_check_show_them_each_time_that_a_loop_runs_them(loop: str) -> None:
+    assert json.loads(run("sim", loop, "--json", "-")[0])["warnings"] == [*ROUNDS]
+    assert [each["message"] for each in json.loads(run("check", loop, "--json")[0])["findings"]] == [*ROUNDS]
+
+
+def test_send_shows_them_each_time(loop: str, bridge: Bridge, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("WIFICNC_TO", bridge.target)
+    messages = json.loads(run("send", loop, "--json")[0])["messages"]
+    assert [each for each in messages if each in ROUNDS] == ROUNDS
+
+
+def test_expand_keeps_them_with_their_values(loop: str) -> None:
+    assert run("expand", loop, "-o", "-")[0].splitlines() == [
+        *("(MSG, 0.000000 [e])", "(MSG,Groe 6  4)", "G1X0F6000(MSG,Lange 0.000000 mm, 0.0)", "G0X0"),
+        *("(MSG, 1.000000 [e])", "(MSG,Groe 6  4)", "G1X2F6000(MSG,Lange 2.000000 mm, 2.0)", "G0X0"),
+        *("M1(nichts)", "(MSG, Ende)", "M2"),
+    ]
 
 
 def test_letters_without_a_likeness_in_ascii(tmp_path: Path) -> None:

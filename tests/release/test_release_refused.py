@@ -128,6 +128,14 @@ def test_a_build_that_is_not_right(tmp_path: Path, harm: Callable[[Path], object
     assert said in caught.value.message
 
 
+def test_a_board_that_names_no_flash_sizes(tmp_path: Path) -> None:
+    folder, board = make_build(tmp_path / BOARD, BOARD, CHIP, SOURCE.revision), load_board(BOARD)
+    board = board.model_copy(update={"memory": board.memory.model_copy(update={"flash_mb": ()})})
+    with pytest.raises(ReleaseError) as caught:
+        load_firmware(folder, board, PARTITIONS)
+    assert "memory.flash_mb" in caught.value.message + str(caught.value.hint)
+
+
 def test_nothing_half_is_left_and_the_old_release_stays(tree: Tree, tmp_path: Path) -> None:
     """The firmware of one board is damaged; the release before it is as it was."""
     output = tmp_path / "out"

@@ -15,7 +15,7 @@ from wificnc.errors import JobError
 from wificnc.job.expand import Expanded, Start, expand, load_expand
 from wificnc.job.program import (
     LONGEST_CODE,
-    expanded_comments,
+    expanded_lines,
     faults_text,
     printable,
     read_program,
@@ -72,10 +72,9 @@ def _refuse(name: str, data: bytes, expanded: Expanded) -> None:
 def commented_text(name: str, data: bytes, expanded: Expanded, numbered: bool) -> bytes:
     """The lines with the comments that a controller keeps or shows, and, if asked for, with N words, but for those that
     have one or are $ lines. A line that would become too long goes without one of these. Raises JobError."""
-    comments = expanded_comments(name, data, expanded.text, expanded.numbers)
     return b"".join(
         _written(number if numbered and line[:1] not in (b"N", b"$") else 0, line, comment) + b"\n"
-        for number, line, comment in zip(expanded.numbers, expanded.text.splitlines(), comments, strict=True)
+        for number, line, comment in expanded_lines(name, data, expanded)
     )
 
 

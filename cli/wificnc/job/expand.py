@@ -37,6 +37,7 @@ class Expanded:
 
     text: bytes  # plain lines, each with its LF
     numbers: tuple[int, ...]  # of the file, 1-based: where each line came from
+    comments: bytes = b""  # of each of them, with its LF: as in the file, but with the values of PRINT and DEBUG
     ending: Ending = field(default_factory=Ending)  # what of the file is not run
 
 
@@ -58,7 +59,9 @@ def expand(library: ctypes.CDLL, name: str, text: bytes, start: Start, lines_max
         data = library.expand_text(handle, ctypes.byref(size))
         count = library.expand_lines(handle, ctypes.byref(numbers))
         text = ctypes.string_at(data, size.value) if size.value else b""
-        return Expanded(text, tuple(numbers[:count]), library.expand_end(handle).contents.ending)
+        said = library.expand_comments(handle, ctypes.byref(size))
+        comments = ctypes.string_at(said, size.value) if size.value else b""
+        return Expanded(text, tuple(numbers[:count]), comments, library.expand_end(handle).contents.ending)
     finally:
         library.expand_destroy(handle)
 
@@ -76,6 +79,7 @@ def load_expand(path: Path) -> ctypes.CDLL:
         "expand_error": (c_int, (c_void_p,)),
         "expand_error_line": (c_uint32, (c_void_p,)),
         "expand_text": (c_void_p, (c_void_p, POINTER(c_size_t))),
+        "expand_comments": (c_void_p, (c_void_p, POINTER(c_size_t))),
         "expand_lines": (c_size_t, (c_void_p, POINTER(POINTER(c_uint32)))),
         "expand_end": (POINTER(ProgramEnd), (c_void_p,)),
         "expand_is_needed": (c_int, (c_char_p, c_size_t)),

@@ -212,34 +212,31 @@ def expanded_program(name: str, source: Program, data: bytes, done: Expanded) ->
     Raises:
         JobError: there are none, or a tool's text cannot be sent.
     """
-    text, numbers = done.text, done.numbers
-    if not numbers:
-        raise JobError(f"{name} executes no lines")
     lines = tuple(
         JobLine(number, printable(line), line + b"\n", comment)
-        for number, line, comment in zip(
-            numbers, text.splitlines(), expanded_comments(name, data, text, numbers), strict=True
-        )
+        for number, line, comment in expanded_lines(name, data, done)
     )
+    if not lines:
+        raise JobError(f"{name} executes no lines")
     return replace(source, lines=lines, expanded=True, ending=done.ending)
 
 
-def expanded_comments(name: str, data: bytes, text: bytes, numbers: Sequence[int]) -> list[bytes]:
-    """What the controller keeps or shows of the comments of the lines of a file that plain lines came from.
+def expanded_lines(name: str, data: bytes, done: Expanded) -> list[tuple[int, bytes, bytes]]:
+    """The plain lines of a program: number in the file, code, and what the controller keeps or shows of its comments.
 
     Raises:
         JobError: a tool's text cannot be sent.
     """
     raw_lines = split_lines(data)
-    comments = []
-    for number, code in zip(numbers, text.splitlines(), strict=True):
-        raw = raw_lines[number - 1]
-        comment = kept_comment(decoded(raw), code_of(code).decode("ascii")).encode("ascii", "replace")
+    lines = []
+    for number, line, raw in zip(done.numbers, done.text.splitlines(), done.comments.split(b"\n"), strict=False):
+        comment = kept_comment(decoded(raw), code_of(line).decode("ascii")).encode("ascii", "replace")
         comment = WITH_VALUES.sub(b"(MSG,", comment)  # the controller's parameters are not those of the program
-        if fault := _comment_fault(code, comment):
-            raise JobError(f"{name}:{number}: {fault}: {printable(raw)}")
-        comments.append(comment)
-    return comments
+        if fault := _comment_fault(line, comment):
+            raise JobError(f"{name}:{number}: {fault}: {printable(raw_lines[number - 1])}")
+        if line or comment:
+            lines.append((number, line, comment))
+    return lines
 
 
 def longest_line(rx_bytes: int) -> int:

@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable
 
-from wificnc.link.typed import COMMENT, MESSAGE, chosen_comment, kept_comment
+from wificnc.link.typed import COMMENT, MESSAGE, SHOWN, chosen_comment, kept_comment
 
 VALUE = re.compile(r"#\d+|#<[^>]*>|%(?:d|lf|f|\.\df)")  # in PRINT and DEBUG
 WITH_VALUES = re.compile(r"\s*(?:PRINT|DEBUG),", re.IGNORECASE)
@@ -51,29 +51,43 @@ def as_written(lines: Iterable[tuple[str, str]]) -> Written:
 
 
 def marked(lines: Iterable[str]) -> tuple[list[str], Written]:
-    """Lines whose comments a simulated controller takes, and what turns its messages back into the file's words."""
+    """Lines whose comments a simulated controller takes, and what turns its messages back into the file's words.
+
+    What is meant for the operator begins with a mark, so is_comment() finds it among the messages.
+    """
     pieces: list[str] = []
 
-    def mark(piece: str) -> str:
-        bare = piece.strip()
-        if not SPECIAL.search(bare):
-            return piece
+    def mark_of(bare: str) -> str:
         pieces.append(bare)
-        return piece.replace(bare, f"{{{{{len(pieces) - 1}}}}}")
+        return f"{{{{{len(pieces) - 1}}}}}"
 
-    def of_comment(match: re.Match[str]) -> str:
+    def mark(piece: str, always: bool) -> str:
+        bare = piece.strip()
+        return piece.replace(bare, mark_of(bare)) if (bare and always) or SPECIAL.search(bare) else piece
+
+    def of_comment(match: re.Match[str], shown: bool) -> str:
         opening, inner = match[0][0], match[0][1:].removesuffix(")" if match[0][0] == "(" else "")
         begin = found[0] if (found := MESSAGE.match(inner)) else ""
         body = inner[len(begin) :]
         if WITH_VALUES.match(begin):
+            first, *others = VALUE.split(body)
             values = VALUE.findall(body)
-            body = "".join(mark(piece) + value for piece, value in zip(VALUE.split(body), [*values, ""], strict=True))
+            marks = [mark(first, True) if first.strip() else mark_of(""), *(mark(piece, False) for piece in others)]
+            body = "".join(piece + value for piece, value in zip(marks, [*values, ""], strict=True))
         else:
-            body = mark(body)
+            body = mark(body, shown or bool(begin))
         return opening + begin + body + (")" if opening == "(" else "")
 
-    found = [COMMENT.sub(of_comment, line) for line in lines]
+    found = []
+    for line in lines:
+        shown = SHOWN.search(line.upper()) is not None
+        found.append(COMMENT.sub(lambda match, shown=shown: of_comment(match, shown), line))  # type: ignore[misc]
     return found, lambda message: MARK.sub(lambda match: _piece(pieces, match), message)
+
+
+def is_comment(message: str) -> bool:
+    """A message of marked() lines that the program wrote, not the controller."""
+    return MARK.match(message) is not None
 
 
 def _piece(pieces: list[str], match: re.Match[str]) -> str:

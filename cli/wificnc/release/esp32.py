@@ -43,12 +43,7 @@ def load_firmware(folder: Path, board: Board, partitions: dict[str, Partition]) 
     signature = _signature(folder / SIGNATURE, by_name[FIRMWARE], board)
     _check_table(folder / "partitions.bin", partitions)
     flash_mb = image_flash_mb(by_name[BOOTLOADER])
-    if flash_mb > min(board.memory.flash_mb):
-        raise ReleaseError(
-            f"the bootloader of {board.id} was built for {flash_mb} MB of flash, and there are boards with "
-            f"{min(board.memory.flash_mb)} MB",
-            hint="CONFIG_ESPTOOLPY_FLASHSIZE in targets/esp32/sdkconfig.defaults",
-        )
+    _check_flash(flash_mb, board)
     return Esp32Firmware(
         regions=regions,
         merged=_merge(regions, board.chip, "raw"),
@@ -58,6 +53,22 @@ def load_firmware(folder: Path, board: Board, partitions: dict[str, Partition]) 
         flash_mb=flash_mb,
         has_improv=IMPROV_MAGIC in by_name[FIRMWARE],
     )
+
+
+def _check_flash(flash_mb: int, board: Board) -> None:
+    """The firmware fits all boards that are sold. Raises ReleaseError."""
+    if not board.memory.flash_mb:
+        raise ReleaseError(
+            f"the board file of {board.id} names no flash sizes",
+            hint="memory.flash_mb lists what the board is sold with, such as [4, 8]",
+        )
+    smallest = min(board.memory.flash_mb)
+    if flash_mb > smallest:
+        raise ReleaseError(
+            f"the bootloader of {board.id} was built for {flash_mb} MB of flash, and there are boards with "
+            f"{smallest} MB",
+            hint="CONFIG_ESPTOOLPY_FLASHSIZE in targets/esp32/sdkconfig.defaults",
+        )
 
 
 def _check_image(name: str, data: bytes, board: Board) -> None:

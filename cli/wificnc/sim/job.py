@@ -12,7 +12,7 @@ from wificnc.checked.bounded import JOB_MAX, read_bytes
 from wificnc.errors import JobError, UserError
 from wificnc.job.ending import Ending
 from wificnc.job.program import code_of, decoded, printable
-from wificnc.job.shown import Written, marked
+from wificnc.job.shown import Written, is_comment, marked
 from wificnc.link.alarms import alarm_words
 from wificnc.sim.look import SAMPLE_MS
 from wificnc.sim.native import (
@@ -34,7 +34,7 @@ CHATTER = ("[MSG:Pgm End]", "[MSG:Tool change: ")  # every good program says the
 
 CODE = re.compile(rb"(?:^|[\r\n])(?:[^\S\r\n]|\([^)\r\n]*\))*[^\s%;(]")  # neither a comment nor a mark
 
-SPECIAL_BYTE = re.compile(rb"[\x80-\xff!?~]")
+SPECIAL_BYTE = re.compile(rb"[\x80-\xff!?~]|[(;]\s*(?:MSG|PRINT|DEBUG),", re.IGNORECASE)  # or a comment that is shown
 
 EVENT_HINT = (
     "like: limit x, probe off, door, estop, hold, resume, reset, feed +10, travel x -200 0; see docs/simulation.md"
@@ -396,7 +396,7 @@ def _remarks(sim: Simulation, native: NativeResult) -> list[str]:
         found.append(f"{_count(native.pauses, 'program pause')} (M0) resumed immediately")
     late = [event for event in sim.events() if not event.done]
     found += [f"the job ended before {event.t_s:g} s: {event.line.decode()}" for event in late]
-    return list(dict.fromkeys(found))
+    return [each for index, each in enumerate(found) if is_comment(each) or each not in found[:index]]
 
 
 def _travel_warnings(
