@@ -65,11 +65,15 @@ static bool read_reference(const char **text, char name[PARAMS_NAME_SIZE], struc
     return true;
 }
 
+/* @param text  the reference, `length` characters */
 static void print_value(const struct text_out *out, const struct param_context *context,
-                        const struct param_ref *ref, unsigned decimals) {
+                        const struct param_ref *ref, unsigned decimals, const char *text, size_t length) {
     double value;
-    if (readings_get(context, ref, &value) == STATUS_OK && fabs(value) < 1e12)
+    const enum status status = readings_get(context, ref, &value);
+    if (status == STATUS_OK && fabs(value) < 1e12)
         text_fixed(out, value, decimals);
+    else if (status == STATUS_MACHINE_ONLY)
+        out->write(out->ctx, text, length);
     else
         text_string(out, "######");
 }
@@ -79,10 +83,11 @@ void comment_print(const struct text_out *out, const struct param_context *conte
     while (*text != '\0') {
         char name[PARAMS_NAME_SIZE];
         struct param_ref ref;
+        const char *from = text;
         if (*text == '%' && read_format(&text, &decimals))
             continue;
         if (*text == '#' && read_reference(&text, name, &ref)) {
-            print_value(out, context, &ref, decimals);
+            print_value(out, context, &ref, decimals, from, (size_t)(text - from));
             continue;
         }
         const size_t plain = 1 + strcspn(text + 1, "#%");

@@ -6,7 +6,8 @@
 #include "gcode/readings.h"
 #include "input/text.h"
 
-/** Print such a text. A parameter that has no value, or none that is known, is printed as ######. */
+/** Print such a text. A parameter without a value is printed as ######; one whose value only the machine has
+ * (context->unknown) stays. */
 void comment_print(const struct text_out *out, const struct param_context *context, const char *text);
 
 #endif

@@ -115,11 +115,11 @@ def test_a_typed_text_of_a_tool_with_a_command_is_refused() -> None:
         typed_line("G10 L1 P2 Z1 (6 mm!)")
 
 
-def test_messages_of_a_program_with_o_words_ask_for_no_values() -> None:
-    """The controller has none of its parameters: it would show others."""
+def test_messages_of_a_program_with_o_words_have_its_values() -> None:
+    """The controller has none of its parameters, and would show others; where the machine is, it alone knows."""
     text = b"#1=5\no1 repeat [2]\nG0X1 (PRINT,x=#1)\no1 endrepeat\nG0X2 ; debug, #<_x>\nG0X3 (MSG,#1)\n"
     comments = [line.comment for line in job_program("job.nc", text, 1000).lines if line.comment]
-    assert comments == [b"(MSG,x=5.000000)", b"(MSG,x=#1)", b"(MSG, #<_x>)", b"(MSG,#1)"]
+    assert comments == [b"(PRINT,x=5.000000)"] * 2 + [b"(debug, #<_x>)", b"(MSG,#1)"]
 
 
 def test_a_line_with_a_message_alone_is_sent() -> None:

@@ -94,8 +94,8 @@ def test_send_shows_them_each_time(loop: str, bridge: Bridge, monkeypatch: pytes
 
 def test_expand_keeps_them_with_their_values(loop: str) -> None:
     assert run("expand", loop, "-o", "-")[0].splitlines() == [
-        *("(MSG, 0.000000 [e])", "(MSG,Groe 6  4)", "G1X0F6000(MSG,Lange 0.000000 mm, 0.0)", "G0X0"),
-        *("(MSG, 1.000000 [e])", "(MSG,Groe 6  4)", "G1X2F6000(MSG,Lange 2.000000 mm, 2.0)", "G0X0"),
+        *("(debug, 0.000000 [e])", "(MSG,Groe 6  4)", "G1X0F6000(PRINT,Lange 0.000000 mm, 0.0)", "G0X0"),
+        *("(debug, 1.000000 [e])", "(MSG,Groe 6  4)", "G1X2F6000(PRINT,Lange 2.000000 mm, 2.0)", "G0X0"),
         *("M1(nichts)", "(MSG, Ende)", "M2"),
     ]
 

@@ -28,7 +28,6 @@ NOT_IN_A_JOB = {
     b"$SLP": "after $SLP the controller sleeps until a reset and reads no line",
     b"$RST=": "$RST= restores defaults and resets the controller",
 }
-WITH_VALUES = re.compile(rb"\A\(\s*(?:PRINT|DEBUG),", re.IGNORECASE)
 LONGEST_CODE = 79  # characters that every controller takes
 LONGEST_LINE = 256  # ... that ours take (core/config.h), and others with a large receive buffer
 LARGE_RX_BYTES = 1000
@@ -231,7 +230,6 @@ def expanded_lines(name: str, data: bytes, done: Expanded) -> list[tuple[int, by
     lines = []
     for number, line, raw in zip(done.numbers, done.text.splitlines(), done.comments.split(b"\n"), strict=False):
         comment = kept_comment(decoded(raw), code_of(line).decode("ascii")).encode("ascii", "replace")
-        comment = WITH_VALUES.sub(b"(MSG,", comment)  # the controller's parameters are not those of the program
         if fault := _comment_fault(line, comment):
             raise JobError(f"{name}:{number}: {fault}: {printable(raw_lines[number - 1])}")
         if line or comment:
