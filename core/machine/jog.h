@@ -17,7 +17,7 @@ enum jog_lock {
 
 /** Of all who jog. */
 struct machine_jogs {
-    uint64_t asked_us; /* when the newest was asked for, or stopped */
+    uint32_t asked_us; /* hal_time_us() when the newest was asked for, or stopped */
     bool asked;        /* one was, since the start */
     enum jog_lock lock;
 };

@@ -401,6 +401,8 @@ size_t net_hub_feed_lines(struct net_hub *hub, struct net_queue *queue, size_t c
         size_t size = line_end == NULL ? count - fed : (size_t)(line_end + 1 - line);
         if (keeps && !leaves_room(hub, size, keep))
             break;
+        if (net_line_is_jog(line, size))
+            hub->jogs = queue;
         size_t piece = hub->has_spoiled ? net_line_sound(line, size) : size;
         size_t took = piece > 0 ? hub->ops->put(hub->ctx, line, piece) : hub->ops->spoil(hub->ctx);
         net_queue_drop(queue, took);

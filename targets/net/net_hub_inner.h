@@ -211,9 +211,6 @@ static inline bool net_hub_is_pendant(const struct net_client *client) {
 /** A byte of a pendant, other than a request for a report. */
 void net_hub_take_pendant(struct net_hub *hub, struct net_client *client, uint8_t byte);
 
-/** A jog that is under way is this client's. */
-bool net_hub_jogs(const struct net_hub *hub, const struct net_client *client);
-
 /** Bytes of a pendant were lost or damaged: its jog ends, as no one knows what it has said. */
 void net_hub_doubt_pendant(struct net_hub *hub, struct net_client *client);
 

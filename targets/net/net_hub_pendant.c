@@ -189,13 +189,6 @@ static bool may_move(const struct net_hub *hub, const struct net_client *client)
            (hub->operators == client && (now == MACHINE_READS_OPERATORS || now == MACHINE_READS_SOON));
 }
 
-bool net_hub_jogs(const struct net_hub *hub, const struct net_client *client) {
-    if (net_hub_is_pendant(client))
-        return may_move(hub, client);
-    return client == hub->owner && hub->hand == NULL &&
-           (hub->operators == NULL || !may_move(hub, hub->operators));
-}
-
 void net_hub_doubt_pendant(struct net_hub *hub, struct net_client *client) {
     if (may_move(hub, client))
         net_hub_put_realtime(hub, client, JOG_CANCEL);

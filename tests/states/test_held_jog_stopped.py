@@ -9,7 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 
 import pytest
+from c_library import LIB
 from generate.states_table import load_states
+from grbl_host import HZ
 from hub_hosts import HubHosts
 from state_machine import LINES, answers
 
@@ -133,6 +135,43 @@ def test_a_stop_that_ends_no_jog_refuses_none(hub: HubHosts) -> None:
     said = holds_key(hub, SENDER, 0.3)
     hub.passes(1)
     assert set(answers(said + hub.heard_of(SENDER))) == {"ok"}
+
+
+STEP = "$J=G91X0.5F600\n"  # 50 ms
+
+
+@pytest.mark.parametrize("who", PLACES)
+@pytest.mark.parametrize("stop", ["!", "\x85"])
+def test_a_key_up_behind_a_jog_that_has_ended_refuses_no_other_tap(hub: HubHosts, who: str, stop: str) -> None:
+    """Pendants send a jog cancel when a key is released, also of a jog that has long arrived."""
+    place = PLACES[who]
+    for _ in range(4):
+        hub.put_of(place, STEP)
+        hub.passes(0.2)
+        hub.put_of(place, stop)
+        hub.passes(0.1)
+        hub.put_of(place, "~")
+        hub.passes(0.05)
+    assert set(answers(hub.heard_of(place))) == {"ok"}
+    hub.passes(1)
+    assert hub.position()[0] == 4 * 5
+
+
+CLOCK_S = 2**32 / 1e6  # hal_time_us() begins again
+
+
+@pytest.mark.parametrize("before_s", [2.3, 1.4])
+def test_a_stopped_key_stays_stopped_when_the_clock_begins_again(hub: HubHosts, before_s: float) -> None:
+    LIB.host_run_until(hub._host, round((CLOCK_S - before_s) * HZ))
+    hub.after(0.1)
+    holds_key(hub, SENDER, 1.2)
+    hub.put_of(PENDANT, "!")
+    hub.passes(0.3)
+    hub.heard_of(SENDER)
+    rested = hub.position()[0]
+    assert rested > 0
+    assert set(answers(holds_key(hub, SENDER, 3))) == {STOPPED}
+    assert hub.position()[0] == rested
 
 
 def repeats(hub: HubHosts, seconds: float) -> None:
