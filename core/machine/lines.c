@@ -76,11 +76,20 @@ static bool take_startup(struct machine *machine) {
 }
 
 /* Began in the buffer before the jog was cancelled. */
+static bool is_before_stop(struct machine_lines *lines) {
+    lines->flushing = lines->flushing && (int32_t)(lines->flush_until - lines->from) > 0;
+    return lines->flushing;
+}
+
 static bool is_flushed(struct machine *machine, const char *line) {
-    if (!machine->lines.flushing)
-        return false;
-    machine->lines.flushing = (int32_t)(machine->lines.flush_until - machine->lines.from) > 0;
-    return machine->lines.flushing && line[0] == '$' && line[1] == 'J' && line[2] == '=';
+    return is_before_stop(&machine->lines) && line[0] == '$' && line[1] == 'J' && line[2] == '=';
+}
+
+/* It would have been locked out while the jog moved, or waited for its end: a stop does not begin it. */
+static bool is_stopped(struct machine *machine, const char *line) {
+    struct machine_lines *lines = &machine->lines;
+    return is_before_stop(lines) && lines->refusing && lines->refuses_aside == machine->park.open &&
+           (line[0] != '$' || line[1] == 'H');
 }
 
 static void open_line(struct machine *machine) {
@@ -110,6 +119,8 @@ static void take_text(struct machine *machine, enum line_result result) {
         answer_line(machine, STATUS_LINE_TOO_LONG);
     else if (line[0] == '\0' || is_flushed(machine, line))
         answer_line(machine, STATUS_OK);
+    else if (is_stopped(machine, line))
+        answer_line(machine, STATUS_LOCKED);
     else if (line[0] == '$')
         command_line(machine, line);
     else

@@ -21,7 +21,9 @@ struct machine_lines {
     bool overflow_told;   /* that the lines that were just lost are */
     uint32_t flush_until; /* $J= lines put before this many bytes are dropped, while flushing */
     bool flushing;
-    uint32_t from; /* bytes taken before the present line */
+    bool refusing,
+        refuses_aside; /* ... and others that begin something are refused; they are the operator's */
+    uint32_t from;     /* bytes taken before the present line */
     enum line_source source;
     uint8_t startup;       /* next startup line to run; STARTUP_LINE_COUNT = none */
     uint8_t store_as;      /* LINE_STORED: which one */
@@ -41,6 +43,14 @@ static inline void lines_run_startup(struct machine_lines *lines, bool runs) {
 static inline void lines_flush_jogs(struct machine_lines *lines) {
     lines->flush_until = rx_cancel_at(&lines->rx);
     lines->flushing = true;
+    lines->refusing = false;
+}
+
+/** After lines_flush_jogs(): what else waits behind a motion that is stopped does not begin.
+ *  @param aside  the motion is the operator's, of a parked hold: so are these lines */
+static inline void lines_refuse_waiting(struct machine_lines *lines, bool aside) {
+    lines->refusing = true;
+    lines->refuses_aside = aside;
 }
 
 /** $H is done: it is answered after the startup lines; or no one waits for that. */

@@ -70,9 +70,11 @@ static void take_bits(struct machine *machine, uint32_t bits) {
         rx_end_aside(&machine->lines.rx);
         return;
     }
-    if ((bits & REALTIME_JOG_CANCEL) != 0 ||
-        ((bits & REALTIME_HOLD) != 0 && (machine->life.state == MACHINE_JOG || machine->park.open)))
+    const bool jogs = machine->life.state == MACHINE_JOG || machine->park.open;
+    if ((bits & REALTIME_JOG_CANCEL) != 0 || ((bits & REALTIME_HOLD) != 0 && jogs))
         lines_flush_jogs(&machine->lines);
+    if ((bits & (REALTIME_JOG_CANCEL | REALTIME_HOLD)) != 0 && jogs && !machine->host.jog.on)
+        lines_refuse_waiting(&machine->lines, machine->park.open);
     if ((bits & (REALTIME_JOG_CANCEL | REALTIME_HOLD)) != 0 && machine->life.state == MACHINE_JOG)
         stop_hosts_jog(machine);
     if ((bits & REALTIME_JOG_CANCEL) != 0 && machine->life.state == MACHINE_JOG)

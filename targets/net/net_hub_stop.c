@@ -73,8 +73,7 @@ static void reset(struct net_hub *hub, const struct net_client *by) {
 
 void net_hub_take_realtime(struct net_hub *hub, struct net_client *client, uint8_t byte) {
     const bool is_own = hub->jogs == &client->in;
-    if ((byte == '!' || byte == JOG_CANCEL || byte == RESET) && !is_own &&
-        hub->ops->stopped_by_other != NULL)
+    if ((byte == '!' || byte == JOG_CANCEL || byte == RESET) && !is_own && hub->ops->stopped_by_other != NULL)
         hub->ops->stopped_by_other(hub->ctx);
     net_hub_put_realtime(hub, client, byte);
 }

@@ -39,8 +39,8 @@ uint32_t expand_error_line(const struct expand *expand);
  * comment for the operator is empty. */
 const char *expand_text(const struct expand *expand, size_t *size);
 
-/** The comments of each of these lines, each line with its LF: in their brackets or behind their semicolon, as
- * in the text, but in PRINT and DEBUG with values in place of parameters; *size bytes. */
+/** The comments of each of these lines, each line with its LF: in their brackets or behind their semicolon,
+ * as in the text, but in PRINT and DEBUG with values in place of parameters; *size bytes. */
 const char *expand_comments(const struct expand *expand, size_t *size);
 
 /** Number of lines, and of each of them where in the file it came from. */

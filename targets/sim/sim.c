@@ -297,33 +297,6 @@ void sim_limit_lines(struct sim *sim, uint32_t lines_max) {
     sim->lines_max = lines_max;
 }
 
-/* Copies a line up to its LF. @return behind the LF */
-static const char *copy_line(char **to, const char *line) {
-    while (*line != '\n')
-        *(*to)++ = *line++;
-    return line + 1;
-}
-
-/* The lines that a program executes, each with its comments. @return 0, or -1 when memory is short */
-static int make_plain(struct sim_text *out, const struct expand *expand) {
-    size_t size, commented;
-    const uint32_t *numbers;
-    const char *plain = expand_text(expand, &size), *comments = expand_comments(expand, &commented);
-    char *text = malloc(size + commented + 1), *end = text;
-    if (text == NULL)
-        return -1;
-    for (size_t left = expand_lines(expand, &numbers); left > 0; left--) {
-        plain = copy_line(&end, plain);
-        comments = copy_line(&end, comments);
-        *end++ = '\n';
-    }
-    const int failed = sim_text_make(out, text, (size_t)(end - text));
-    free(text);
-    for (uint64_t i = 0; failed == 0 && i < out->line_count; i++)
-        out->line_number[i] = numbers[out->line_number[i] - 1];
-    return failed;
-}
-
 /* @return 0, or -1 when memory is short */
 static int load_program(struct sim *sim, const char *text, size_t size) {
     struct sim_text source;
@@ -332,7 +305,7 @@ static int load_program(struct sim *sim, const char *text, size_t size) {
         expand_destroy(expand);
         return -1;
     }
-    const int failed = make_plain(&sim->text, expand);
+    const int failed = sim_text_make_expanded(&sim->text, expand);
     sim->text.file_lines = source.file_lines;
     sim->text.percent_lines = source.percent_lines;
     sim->text.end = *expand_end(expand);

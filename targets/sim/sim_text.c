@@ -113,6 +113,32 @@ int sim_text_make(struct sim_text *out, const char *text, size_t size) {
     return 0;
 }
 
+/* Copies a line up to its LF. @return behind the LF */
+static const char *copy_line(char **to, const char *line) {
+    while (*line != '\n')
+        *(*to)++ = *line++;
+    return line + 1;
+}
+
+int sim_text_make_expanded(struct sim_text *out, const struct expand *expand) {
+    size_t size, commented;
+    const uint32_t *numbers;
+    const char *plain = expand_text(expand, &size), *comments = expand_comments(expand, &commented);
+    char *text = malloc(size + commented + 1), *end = text;
+    if (text == NULL)
+        return -1;
+    for (size_t left = expand_lines(expand, &numbers); left > 0; left--) {
+        plain = copy_line(&end, plain);
+        comments = copy_line(&end, comments);
+        *end++ = '\n';
+    }
+    const int failed = sim_text_make(out, text, (size_t)(end - text));
+    free(text);
+    for (uint64_t i = 0; failed == 0 && i < out->line_count; i++)
+        out->line_number[i] = numbers[out->line_number[i] - 1];
+    return failed;
+}
+
 void sim_text_free(struct sim_text *text) {
     free(text->bytes);
     free(text->line_number);

@@ -12,6 +12,7 @@
 #ifndef WIFICNC_SIM_SIM_TEXT_H
 #define WIFICNC_SIM_SIM_TEXT_H
 
+#include "expand.h"
 #include "program_end.h"
 
 #include <stdbool.h>
@@ -30,6 +31,8 @@ struct sim_text {
 
 /** @return 0, or -1 when memory is short. Free it with sim_text_free(). */
 int sim_text_make(struct sim_text *out, const char *text, size_t size);
+/** Of the lines that a program executes, each with its comments. @return as above */
+int sim_text_make_expanded(struct sim_text *out, const struct expand *expand);
 void sim_text_free(struct sim_text *text);
 
 /** A blank, tab or form feed: a controller leaves it out. */

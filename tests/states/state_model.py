@@ -10,6 +10,7 @@ from generate.states_table import Input, Rule, Table
 BANNER = "Grbl 1.1h"
 MOVING = {"move", "probe", "jog", "home"}
 PAUSES = {"pause", "tool_change"}
+STOPS = ("hold_byte", "hold_button", "cancel_byte", "host_hold")
 PARKED = ("parked", "parked_moves")
 DOOR_ACTS = {"idle", "run", "hold", "lost", "jog", "returned", "host_run", "host_hold", "host_jog", *PARKED}
 STOPPED = "[MSG:Stopped: the sender's lines wait for ~]"
@@ -70,6 +71,7 @@ class Model:
     suspended: bool = False  # parked with spindle and coolant still stopped by what was before
     refused: bool = False  # ... and are, as the sender was lost
     aside: list[str] = field(default_factory=list)  # lines of the operator that wait
+    stopped: int = 0  # the first of these came before a stop, which begins none of them
     jobs: tuple[bool, int, int] = (False, 0, TEXT_RPM)  # spindle, coolant and rpm that it gets back
 
     # ---- what can be seen ----
@@ -176,6 +178,8 @@ class Model:
         self._end_open_line(entry, rule, said)
         self._answer(entry, rule, said)
         self._park(entry, rule)
+        if entry.name in STOPS and self.parked:
+            self.stopped = len(self.aside)
         self._switch(entry, rule)
         self._go(entry, rule, said)
         self._follow_host(entry, rule)
@@ -347,6 +351,16 @@ class Model:
         else:
             self._take(self.table.inputs["sender_lost"], said)
 
+    def _refuse_stopped(self, said: Said) -> bool:
+        """G-code that waited for the end of a motion does not begin by its stop."""
+        is_stopped, line = self.stopped > 0, self.table.inputs[self.aside[0]].line
+        self.stopped -= is_stopped
+        if not is_stopped or not line or line.startswith("$"):
+            return False
+        self.aside.pop(0)
+        said.answers.append("error:9")
+        return True
+
     def _follow(self, said: Said) -> None:
         """Pins that still say the same, then lines that have waited."""
         if self.pins["estop"] and self.state not in ("estop", "critical"):
@@ -360,6 +374,8 @@ class Model:
             self.refused = False
             self.aside.clear()
         while self.aside and self.state in PARKED:
+            if self._refuse_stopped(said):
+                continue
             ended, self.lines_ended = self.lines_ended, False  # they came before the ~
             rule = self.rule(self.aside[0])
             if rule.answer != "waits":

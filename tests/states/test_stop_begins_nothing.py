@@ -1,0 +1,86 @@
+"""A stop of a jog begins nothing that was sent behind it: no probe, no spindle, no move, no homing.
+
+Lines that wait behind a jog are as locked out as those that are read while it moves; in a parked hold, where they
+wait for its end, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from grbl_host import Grbl
+from hub_hosts import HubHosts
+from state_machine import LINES, answers
+
+SENDER, OBSERVER, PENDANT = range(3)
+LOCKED, NOT_IDLE = "error:9", "error:8"
+JOG = "$J=G91Y3F900\n"  # 0.2 s
+BEHIND = ["G91G1X5F600", "G38.2Z-2F100", "M3S500", "M8", "$H", "G10L20P1Y0"]
+STOPS = ["!", "\x85"]
+
+
+@pytest.fixture
+def hub() -> Iterator[HubHosts]:
+    made = HubHosts(pendants=(PENDANT,))
+    made.heard()
+    made.fine(*LINES)
+    for place in (OBSERVER, PENDANT):
+        made.put_of(place, "?")
+    made.after(0.1)
+    yield made
+    made.close()
+
+
+def rests(hub: HubHosts, seconds: float) -> None:
+    """Nothing moves, nothing is switched on."""
+    before = hub.stands()
+    hub.passes(seconds)
+    outputs = hub.outputs()
+    assert hub.stands() == before
+    assert (outputs.spindle_direction, outputs.coolant) == (0, 0)
+
+
+@pytest.mark.parametrize("jogs", [20, 30])
+@pytest.mark.parametrize("stop", STOPS)
+@pytest.mark.parametrize("line", BEHIND)
+def test_what_waits_behind_jogs_in_the_controller(line: str, stop: str, jogs: int) -> None:
+    """More jogs than it plans, so the line is not read before the stop."""
+    grbl = Grbl()
+    grbl.send("")
+    grbl.fine(*LINES)
+    said = grbl.after(0.3, JOG * jogs + line + "\n")
+    assert grbl.state() == "Jog"
+    said += grbl.after(0.2, stop)
+    before = grbl.stands()
+    said += grbl.after(1.5)
+    outputs = grbl.outputs()
+    assert grbl.stands() == before
+    assert (outputs.spindle_direction, outputs.coolant) == (0, 0)
+    assert answers(said)[:-1] == ["ok"] * jogs
+    assert answers(said)[-1] in (LOCKED, NOT_IDLE)
+    assert grbl.after(0.5, "G91G1Y1F600\n") == "ok\r\n"
+    grbl.close()
+
+
+@pytest.mark.parametrize("who", [SENDER, OBSERVER, PENDANT])
+@pytest.mark.parametrize("stop", STOPS)
+@pytest.mark.parametrize("line", [line for line in BEHIND if line[0] != "$"])
+def test_what_waits_behind_a_jog_in_a_parked_hold(hub: HubHosts, line: str, stop: str, who: int) -> None:
+    hub.after(0.3, "!")
+    hub.after(0.5, "\xa3")
+    hub.put_of(SENDER, "$J=G91Y30F900\n" + line + "\n")
+    hub.passes(0.3)
+    hub.put_of(who, stop)
+    hub.passes(0.2)
+    rests(hub, 1.5)
+    assert answers(hub.heard_of(SENDER)) == ["ok", LOCKED]
+
+
+def test_the_job_behind_a_parked_hold_is_not_refused(hub: HubHosts) -> None:
+    hub.put_of(SENDER, "G91G1X10F600\nG1X1\nG1X1\n")
+    hub.after(0.3, "!")
+    hub.after(0.5, "\xa3$J=G91Y3F900\n")
+    hub.after(0.5, "!")
+    assert set(answers(hub.after(9, "~"))) <= {"ok"}
+    assert hub.position()[0] == 120
