@@ -112,6 +112,8 @@ struct net_hub_ops {
     enum machine_whose (*whose)(void *ctx);
     /** Stops so far, wraps: a ~ from before one counts no more. NULL as above */
     uint8_t (*stops)(void *ctx);
+    /** A jog of the text side moves. NULL as above */
+    bool (*jogs)(void *ctx);
     /** machine_stopped_by_other(). NULL as above */
     void (*stopped_by_other)(void *ctx);
     /** Bytes of lines that it would take now. NULL where `whose` is */
@@ -211,12 +213,13 @@ struct net_hub {
         uint32_t first_us, last_us;
         bool more; /* others have tried, too */
     } knock;
-    const struct net_queue *jogs; /* of whose lines the newest jog was; NULL: there was none */
-    uint8_t presses;              /* of the start button, that were seen */
-    bool has_lost;                /* clients other than pendants may have lost_lines */
-    bool has_spoiled;             /* NET_LINE_SPOILED may be among what waits */
-    bool asked, asked_for_due;    /* a report was, by a client, and for those that are due */
-    bool stops, resets;           /* this round has had a hold or a jog cancel; a reset */
+    const struct net_queue *jogs;         /* of whose lines the newest jog was; NULL: there was none */
+    const struct net_queue *stopped_jogs; /* ... at a stop of this round, while it moved; NULL: it did not */
+    uint8_t presses;                      /* of the start button, that were seen */
+    bool has_lost;                        /* clients other than pendants may have lost_lines */
+    bool has_spoiled;                     /* NET_LINE_SPOILED may be among what waits */
+    bool asked, asked_for_due;            /* a report was, by a client, and for those that are due */
+    bool stops, resets;                   /* this round has had a hold or a jog cancel; a reset */
     const struct net_client *stopped_by, *reset_by; /* ... the newest of whom: lines behind it are new */
     uint32_t inside;                                /* lines the controller has got and not answered */
     uint32_t inside_left;                           /* the oldest of these are former owners': */

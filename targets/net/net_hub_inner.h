@@ -43,6 +43,9 @@ void net_hub_explain(struct net_hub *hub, struct net_client *observer);
 
 /* ---- net_hub_stop.c ---- */
 
+/** The first byte of a line that waits, and that the hub answers to this client (NET_LINE_MARK). */
+char net_hub_mark_of(const struct net_hub *hub, const struct net_client *client);
+
 /** Jogs that wait must not run any more. */
 void net_hub_call_off_jogs(struct net_client *client);
 

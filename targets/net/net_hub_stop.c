@@ -13,11 +13,26 @@ static bool may_jog(const struct net_hub *hub, const struct net_client *client) 
 
 /* Jogs that still wait when they are called off must not run behind that: they become empty lines, so that
  * each has its answer; a half one when its rest has come. So does the controller with those that it has. */
-void net_hub_call_off_jogs(struct net_client *client) {
+static void call_off(struct net_client *client, const char *stopped) {
     struct net_queue *in = &client->in;
     client->called_off = in->count > client->whole;
     if (client->whole > 0)
-        client->whole = net_line_empty_jogs(in->bytes + in->begin, client->whole, &in->count);
+        client->whole = net_line_call_off(in->bytes + in->begin, client->whole, &in->count, stopped);
+}
+
+void net_hub_call_off_jogs(struct net_client *client) {
+    call_off(client, NULL);
+}
+
+/* What waits behind the jog that is stopped does not begin by that: it is refused, as while it moved. */
+static void call_off_lines(struct net_hub *hub, struct net_client *client) {
+    char stopped[3] = {0};
+    const bool behind = hub->stopped_jogs == &client->in && !net_hub_is_pendant(client);
+    if (behind) {
+        stopped[0] = net_hub_mark_of(hub, client);
+        stopped[1] = NET_LINE_STOPPED;
+    }
+    call_off(client, behind ? stopped : NULL);
 }
 
 static void call_off_all_jogs(struct net_hub *hub, const struct net_client *but) {
@@ -25,14 +40,14 @@ static void call_off_all_jogs(struct net_hub *hub, const struct net_client *but)
     struct net_hub_lines *job = &hub->parked.job;
     if (job->in.count > 0) {
         job->called_off = job->in.count > job->whole;
-        job->whole = net_line_empty_jogs(job->in.bytes + job->in.begin, job->whole, &job->in.count);
+        job->whole = net_line_call_off(job->in.bytes + job->in.begin, job->whole, &job->in.count, NULL);
     }
     if (left->count > 0)
-        (void)net_line_empty_jogs(left->bytes + left->begin, left->count, &left->count);
+        (void)net_line_call_off(left->bytes + left->begin, left->count, &left->count, NULL);
     /* cppcheck-suppress nullPointerArithmeticRedundantCheck ; `but` may be NULL, `client` never is */
     for (struct net_client *client = hub->client; client < hub->client + NET_CLIENTS; client++)
         if (client != but && may_jog(hub, client))
-            net_hub_call_off_jogs(client);
+            call_off_lines(hub, client);
 }
 
 /* ---- real-time bytes ---- */
@@ -101,6 +116,7 @@ void net_hub_put_realtime(struct net_hub *hub, struct net_client *client, uint8_
     if (byte == JOG_CANCEL || byte == '!') {
         hub->stops = true;
         hub->stopped_by = client;
+        hub->stopped_jogs = hub->ops->jogs != NULL && hub->ops->jogs(hub->ctx) ? hub->jogs : NULL;
         call_off_all_jogs(hub, NULL);
     }
 }
@@ -140,4 +156,5 @@ void net_hub_end_stop(struct net_hub *hub) {
     if (stops)
         call_off_all_jogs(hub, stopped_by);
     hub->stops = hub->resets = false;
+    hub->stopped_jogs = NULL;
 }

@@ -14,7 +14,7 @@ static bool is_its_line(const struct net_hub *hub, const char *line, size_t size
            (net_hub_is_access_line(line, size) || net_hub_is_qr_line(hub, line, size));
 }
 
-static char mark_of(const struct net_hub *hub, const struct net_client *client) {
+char net_hub_mark_of(const struct net_hub *hub, const struct net_client *client) {
     return (char)(NET_LINE_MARK + (client - hub->client));
 }
 
@@ -35,7 +35,7 @@ bool net_hub_mark_line(const struct net_hub *hub, struct net_client *owner) {
     }
     char *line = owner->in.bytes + owner->in.begin + owner->whole;
     memmove(line + 1, line, size);
-    *line = mark_of(hub, owner);
+    *line = net_hub_mark_of(hub, owner);
     owner->called_off = false;
     return true;
 }
@@ -54,6 +54,8 @@ static void answer(struct net_hub *hub, struct net_client *client, const char *l
 void net_hub_answer_line(struct net_hub *hub, struct net_client *client, const char *line, size_t size) {
     if (is_its_line(hub, line, size)) {
         answer(hub, client, line, size);
+    } else if (size == 1 && *line == NET_LINE_STOPPED) {
+        net_hub_refuse(hub, client, STATUS_LOCKED, NULL);
     } else if (size == 0) {
         net_hub_say(hub, client, "ok\r\n", 4);
     } else if (!net_hub_answer_reports(hub, client, line, size)) {
@@ -75,7 +77,7 @@ static bool add_to_left(struct net_hub *hub, char mark, const char *line, size_t
 
 void net_hub_refuse_in_turn(struct net_hub *hub, struct net_client *client) {
     client->in_left = true;
-    if (client->lost_lines > 0 || !add_to_left(hub, mark_of(hub, client), "?", 1))
+    if (client->lost_lines > 0 || !add_to_left(hub, net_hub_mark_of(hub, client), "?", 1))
         net_hub_lose_line(hub, client);
 }
 
@@ -95,7 +97,7 @@ void net_hub_answer_observer(struct net_hub *hub, struct net_client *client, con
     client->in_left = net_hub_waits_in_left(hub, client);
     if (client->lost_lines == 0 && !client->in_left)
         net_hub_answer_line(hub, client, line, size);
-    else if (client->lost_lines > 0 || !add_to_left(hub, mark_of(hub, client), line, size))
+    else if (client->lost_lines > 0 || !add_to_left(hub, net_hub_mark_of(hub, client), line, size))
         net_hub_lose_line(hub, client);
 }
 

@@ -26,14 +26,31 @@ size_t net_line_sound(const char *line, size_t size) {
     return spoiled == NULL ? size : (size_t)(spoiled - line);
 }
 
-size_t net_line_empty_jogs(char *lines, size_t whole, size_t *count) {
+/* G-code, or $H: neither a mark nor a command that begins nothing. */
+static bool begins_something(const char *line, size_t size) {
+    size_t at = 0;
+    while (at < size && (uint8_t)line[at] <= ' ')
+        at++;
+    if (at == size || (uint8_t)line[at] >= 0x80)
+        return false;
+    return line[at] != '$' || (at + 1 < size && net_line_upper(line[at + 1]) == 'H');
+}
+
+size_t net_line_call_off(char *lines, size_t whole, size_t *count, const char *stopped) {
+    const size_t mark = stopped == NULL ? 0 : strlen(stopped);
     size_t to = 0, from = 0;
     while (from < whole) {
         const char *end = memchr(lines + from, '\n', whole - from);
-        size_t size = end == NULL ? whole - from : (size_t)(end + 1 - (lines + from));
-        bool jog = net_line_is_jog(lines + from, size);
-        memmove(lines + to, jog ? "\n" : lines + from, jog ? 1 : size);
-        to += jog ? 1 : size;
+        const size_t size = end == NULL ? whole - from : (size_t)(end + 1 - (lines + from));
+        const bool jog = net_line_is_jog(lines + from, size);
+        if (jog || (mark > 0 && mark < size && begins_something(lines + from, size))) {
+            memcpy(lines + to, stopped, jog ? 0 : mark);
+            to += jog ? 0 : mark;
+            lines[to++] = '\n';
+        } else {
+            memmove(lines + to, lines + from, size);
+            to += size;
+        }
         from += size;
     }
     memmove(lines + to, lines + whole, *count - whole);

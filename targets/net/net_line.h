@@ -47,8 +47,13 @@ static inline bool net_line_says_whose(const char *line) {
 size_t net_line_sound(const char *line, size_t size);
 
 /** Make each jog of whole lines an empty line, in place. @param whole  their bytes
- *  @param[in,out] count  these and those of the line that has begun @return `whole` afterwards */
-size_t net_line_empty_jogs(char *lines, size_t whole, size_t *count);
+ *  @param[in,out] count  these and those of the line that has begun
+ *  @param stopped  in place of each line of G-code and of $H, its LF aside; NULL: they stay
+ *  @return `whole` afterwards */
+size_t net_line_call_off(char *lines, size_t whole, size_t *count, const char *stopped);
+
+/** Of a line that waits, behind NET_LINE_MARK: it waited behind a jog that was stopped. */
+enum { NET_LINE_STOPPED = '!' };
 
 /** @return bytes of a line before one that ends it or acts immediately */
 size_t net_line_plain_run(const char *bytes, size_t count);

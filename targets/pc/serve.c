@@ -140,6 +140,10 @@ static uint8_t stops(void *ctx) {
     return machine_stops(host_machine(((struct serve *)ctx)->host));
 }
 
+static bool jogs(void *ctx) {
+    return machine_state(host_machine(((struct serve *)ctx)->host)) == MACHINE_JOG;
+}
+
 static void stopped_by_other(void *ctx) {
     host_stopped_by_other(((struct serve *)ctx)->host);
 }
@@ -358,6 +362,7 @@ struct serve *serve_create(const struct serve_options *options, struct serve_fai
                                            .mpg = mpg,
                                            .whose = whose,
                                            .stops = stops,
+                                           .jogs = jogs,
                                            .stopped_by_other = stopped_by_other,
                                            .room = room,
                                            .drop_unread = drop_unread};

@@ -16,6 +16,7 @@ Hub, Access, Client = HOST.struct("net_hub"), HOST.struct("access"), HOST.struct
 Stream, StreamOps = HOST.struct("net_stream"), HOST.struct("net_stream_ops")
 Ops, Sizes = HOST.struct("net_hub_ops"), HOST.struct("net_hub_sizes")
 SLICE_S = 0.1
+JOGS = HOST.enum("machine_state").MACHINE_JOG
 CLIENTS = 3
 
 
@@ -48,6 +49,7 @@ class HubHosts(RemoteHosts):
             reads=callback(Ops, "reads", lambda _ctx: LIB.host_reads(self._host)),
             whose=callback(Ops, "whose", lambda _ctx: LIB.machine_whose(self._machine)),
             stops=callback(Ops, "stops", lambda _ctx: LIB.machine_stops(self._machine)),
+            jogs=callback(Ops, "jogs", lambda _ctx: LIB.machine_state(self._machine) == JOGS),
             stopped_by_other=callback(Ops, "stopped_by_other", lambda _ctx: LIB.host_stopped_by_other(self._host)),
             room=callback(Ops, "room", lambda _ctx: LIB.machine_line_room(self._machine)),
             drop_unread=callback(Ops, "drop_unread", lambda _ctx: LIB.host_drop_unread(self._host)),

@@ -84,3 +84,34 @@ def test_the_job_behind_a_parked_hold_is_not_refused(hub: HubHosts) -> None:
     hub.after(0.5, "!")
     assert set(answers(hub.after(9, "~"))) <= {"ok"}
     assert hub.position()[0] == 120
+
+
+@pytest.mark.parametrize("who", [SENDER, OBSERVER, PENDANT])
+@pytest.mark.parametrize("stop", STOPS)
+@pytest.mark.parametrize("jogs", [20, 40, 60])
+def test_what_waits_behind_jogs_in_the_server(hub: HubHosts, jogs: int, stop: str, who: int) -> None:
+    """More than the controller takes: the rest waits in the server, and a stop does not begin it either."""
+    hub.put_of(SENDER, JOG * jogs + "M8\nM3S500\n$G\nG1X5F600\n")
+    hub.passes(0.3)
+    assert hub.waits_of(SENDER) > 0 or jogs == 20
+    hub.put_of(who, stop)
+    hub.passes(0.2)
+    rests(hub, 3)
+    said = answers(hub.heard_of(SENDER))
+    assert said == ["ok"] * jogs + [LOCKED, LOCKED, "ok", LOCKED]
+    assert hub.after(0.6) == ""
+    assert answers(hub.after(0.5, "G91G1Y1F600\n")) == ["ok"], "what is sent behind the stop is new"
+
+
+@pytest.mark.parametrize("jogs", [0, 1])
+def test_a_job_that_waits_in_the_server_is_not_refused(hub: HubHosts, jogs: int) -> None:
+    """A hold of a job, also where the sender has jogged before."""
+    hub.after(1, JOG * jogs)
+    hub.put_of(SENDER, "G91\n" + "G1X0.5F600\n" * 150)
+    hub.passes(0.3)
+    assert hub.waits_of(SENDER) > 0
+    hub.put_of(OBSERVER, "!")
+    hub.passes(0.5)
+    hub.put_of(SENDER, "~")
+    hub.passes(15)
+    assert answers(hub.heard_of(SENDER)) == ["ok"] * 151

@@ -86,6 +86,11 @@ static uint8_t stops(void *ctx) {
     return machine_stops(controller->machine);
 }
 
+static bool jogs(void *ctx) {
+    const struct controller *controller = ctx;
+    return machine_state(controller->machine) == MACHINE_JOG;
+}
+
 static void stopped_by_other(void *ctx) {
     const struct controller *controller = ctx;
     machine_stopped_by_other(controller->machine);
@@ -160,6 +165,7 @@ void controller_init(struct controller *controller, struct machine *machine,
                                            .mpg = mpg,
                                            .whose = whose,
                                            .stops = stops,
+                                           .jogs = jogs,
                                            .stopped_by_other = stopped_by_other,
                                            .room = room,
                                            .drop_unread = drop_unread,
