@@ -76,6 +76,8 @@ const SELF_LOCKS: readonly [RegExp, string][] = [
   [/safe mode after crashes/i, msg`Safe mode after crashes in a row: switch the controller off and on`],
   [/step pulses were lost/i, msg`Step pulses were lost: restart the controller`],
 ];
+/** Reported at rest to all who are connected. */
+const JOG_STOPPED = /^Another client or a button stopped the jog/;
 const DRIVER_SAYS = /^Driver [XYZABC2 ]+: /;
 /** Rows of `$#`. */
 const OFFSET = /^(G\d[\d.]*|TLO|PRB)$/;
@@ -173,6 +175,8 @@ export class Controller {
   onReport: (status: Status) => void = () => {};
   onAlarm: (code: number) => void = () => {};
   onMessage: (text: string) => void = () => {};
+  /** A jog was ended by someone else than its owner. */
+  onJogStopped: () => void = () => {};
   /** The controller has started again, or the connection was closed: what was under way is void. */
   onBreak: (what: Break) => void = () => {};
 
@@ -346,6 +350,7 @@ export class Controller {
       this.queue.callOffJogs();
     }
     if (this.isDead && !GOES_ALWAYS.has(name)) return this.drop(name);
+    if (this.dropped.peek().includes(name)) this.dropped.value = this.dropped.peek().filter((each) => each !== name);
     if (name === "RESUME" || name === "PARK") this.notParked.value = "";
     if (name === "RESUME") this.unpark();
     if (name === "STATUS") this.unheard++;
@@ -685,6 +690,7 @@ export class Controller {
 
   private takeMessage(body: string): void {
     this.onMessage(body);
+    if (JOG_STOPPED.test(body)) this.onJogStopped();
     if (NEEDS_RESET.test(body)) this.needsReset.value = true;
     this.selfLock.value = this.needsReset.value ? "" : (SELF_LOCKS.find(([text]) => text.test(body))?.[1] ?? this.selfLock.value);
     const tool = TOOL_CHANGE.exec(body)?.[1];

@@ -321,7 +321,7 @@ function RunCard(): JSX.Element {
   const ended = job.ended.value && t`The job has ended: run it again from the start, or resume it from a line, below.`;
   const why = !job.active.value && (whyNoStart() || ended);
   return (
-    <Card title={t`Run`}>
+    <Card title={t`Run the job`}>
       <StartStop
         start={{ text: t`Start`, why, onClick: () => (doubts().length > 0 ? (asks.value = true) : job.start()), testId: "job-start" }}
         stop={{ text: state === "stopping" ? t`Stopping` : t`Stop the job`, onClick: () => job.stop(), testId: "job-stop" }}
