@@ -45,6 +45,8 @@ const ASK_RESTING_MS = 250;
 const SILENT_MS = 3000;
 /** A network link on which nothing comes for this time is given up: a new one is opened. */
 const DEAD_MS = 5000;
+/** Reset that is pressed more than once may be answered once for each time. */
+const OWN_RESET_MS = 3000;
 const LOG_LINES = 500;
 /** A board that starts when its port is opened says something within this time. */
 const FIRST_WORD_MS = 6000;
@@ -206,6 +208,7 @@ export class Controller {
   private unheard = 0;
   private entries = 0;
   private resetAsked = false;
+  private resetAt = -Infinity;
   /** What is not known, or may have changed; and the state in which the controller did not say it. */
   private readonly unknown = new Set<Question>();
   private refusedIn = "";
@@ -369,6 +372,7 @@ export class Controller {
 
   reset(): void {
     this.resetAsked = !this.isDead;
+    if (this.resetAsked) this.resetAt = performance.now();
     this.realtime("RESET");
   }
 
@@ -605,8 +609,9 @@ export class Controller {
   }
 
   private takeBanner(isFirst: boolean): void {
-    if (!this.resetAsked) this.homed.value = ""; // it may have been without power
-    if (!this.resetAsked && !isFirst) this.restarted.value = true;
+    const isOwn = this.resetAsked || performance.now() - this.resetAt < OWN_RESET_MS;
+    if (!isOwn) this.homed.value = ""; // it may have been without power
+    if (!isOwn && !isFirst) this.restarted.value = true;
     this.resetAsked = false;
     this.alarm.value = this.awaitedTool.value = null;
     this.needsReset.value = this.waitsForReport = this.parked.value = false;
