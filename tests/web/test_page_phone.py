@@ -243,8 +243,12 @@ def test_a_report_does_not_draw_the_whole_path_again(socket_link: Callable[..., 
 
 
 # Top of each button of the tab, from the top of the page.
-TOPS = """() => Object.fromEntries([...document.querySelectorAll("main .start-stop button, main .override button, [data-test=run-again]")]
-    .map((button) => [button.getAttribute("aria-label") ?? button.textContent, Math.round(button.getBoundingClientRect().top + scrollY)]))"""
+TOPS = """() => {
+    const buttons = document.querySelectorAll("main .start-stop button, main .override button, [data-test=run-again]");
+    const top = (button) => Math.round(button.getBoundingClientRect().top + scrollY);
+    const name = (button) => button.getAttribute("aria-label") ?? button.textContent;
+    return Object.fromEntries([...buttons].map((each) => [name(each), top(each)]));
+}"""
 
 
 @pytest.mark.parametrize("look", ["light", "phone"])
