@@ -18,12 +18,14 @@
 
 #define RELEASED_US 500000u /* who holds a key asks again sooner */
 
+static bool is_jogging(const struct machine *machine) {
+    return machine->life.state == MACHINE_JOG || (machine->park.open && !machine_is_standing(machine));
+}
+
 /* A key that is held asks again, or has more than one of its jogs under way. */
 static bool is_held(const struct machine *machine) {
     const struct machine_jogs *jogs = &machine->jogs;
-    const bool parked_moves = machine->park.open && !machine_is_standing(machine);
-    return machine->life.state == MACHINE_JOG || parked_moves ||
-           (jogs->asked && hal_time_us(machine->hal) - jogs->asked_us < RELEASED_US);
+    return is_jogging(machine) || (jogs->asked && hal_time_us(machine->hal) - jogs->asked_us < RELEASED_US);
 }
 
 static void note_asked(struct machine *machine) {
@@ -35,7 +37,22 @@ void machine_stopped_by_other(struct machine *machine) {
     if (!is_held(machine))
         return;
     machine->jogs.lock = JOG_LOCK_ON;
+    machine->jogs.tells |= is_jogging(machine) && !machine->host.owns;
     note_asked(machine);
+}
+
+static void tell_stopped(struct machine *machine) {
+    if (machine->jogs.lock == JOG_LOCK_ON)
+        machine->jogs.lock = JOG_LOCK_TOLD;
+    machine->jogs.tells = false;
+    report_message(machine, "Another client or a button stopped the jog: release the key");
+}
+
+bool jog_tell_stopped(struct machine *machine) {
+    if (!machine->jogs.tells || !machine_is_standing(machine))
+        return false;
+    tell_stopped(machine);
+    return true;
 }
 
 bool jog_is_locked(struct machine *machine) {
@@ -43,10 +60,8 @@ bool jog_is_locked(struct machine *machine) {
     if (hal_time_us(machine->hal) - jogs->asked_us >= RELEASED_US)
         jogs->lock = JOG_LOCK_OFF;
     note_asked(machine);
-    if (jogs->lock == JOG_LOCK_ON) {
-        jogs->lock = JOG_LOCK_TOLD;
-        report_message(machine, "Another client or a button stopped the jog: release the key");
-    }
+    if (jogs->lock == JOG_LOCK_ON)
+        tell_stopped(machine);
     return jogs->lock != JOG_LOCK_OFF;
 }
 

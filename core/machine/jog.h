@@ -19,12 +19,17 @@ enum jog_lock {
 struct machine_jogs {
     uint32_t asked_us; /* hal_time_us() when the newest was asked for, or stopped */
     bool asked;        /* one was, since the start */
+    bool tells;        /* one that moved was stopped by another: the reason is reported at rest */
     enum jog_lock lock;
 };
 
 /** Ask it once for each jog that comes. @return true: it follows one that was stopped by another
  * (machine_stopped_by_other()) */
 bool jog_is_locked(struct machine *machine);
+
+/** A single step sends nothing after its stop: report the reason when the machine is at rest.
+ * @return true: it did */
+bool jog_tell_stopped(struct machine *machine);
 
 /** $J= with this text. @return STATUS_OK: it is a task now */
 enum status jog_begin(struct machine *machine, const char *text);

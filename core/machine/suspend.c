@@ -220,6 +220,7 @@ bool suspend_poll(struct machine *machine) {
     bool any = machine->suspend.cancels && drive_is_stopped(machine);
     if (any)
         jog_end_cancel(machine);
+    any |= jog_tell_stopped(machine);
     if (machine->life.state == MACHINE_DOOR)
         return door_poll(machine) || any;
     if (machine->life.state == MACHINE_HOLD)

@@ -20,6 +20,7 @@ SENDER, OBSERVER, PENDANT = range(3)
 JOG = "$J=G91X2F600\n"  # 0.2 s each
 EACH_S = 0.15
 STOPPED = "error:184"
+TOLD = "[MSG:Another client or a button stopped the jog: release the key]"
 RELEASED_S = 0.6
 
 
@@ -81,12 +82,12 @@ def test_what_a_held_key_sends_behind_the_stop_of_another_does_not_move(hub: Hub
     assert hub.position()[0] > 0
     stops_of(who)[stop](hub)
     hub.passes(0.4)
-    hub.heard_of(place)
+    told = hub.heard_of(place).count(TOLD)
     rested = hub.position()[0]
     said = holds_key(hub, place, 4)
     assert hub.position()[0] == rested
     assert set(answers(said)) == {STOPPED}
-    assert said.count("[MSG:Another client or a button stopped the jog: release the key]") == 1
+    assert told + said.count(TOLD) == 1
     hub.passes(RELEASED_S)
     hub.heard_of(place)
     assert set(answers(holds_key(hub, place, 1))) == {"ok"}, "pressed again"
@@ -124,6 +125,39 @@ def test_also_in_a_parked_hold(hub: HubHosts, stop: str) -> None:
     assert rested > 0
     assert set(answers(holds_key(hub, SENDER, 2))) == {STOPPED}
     assert hub.position()[0] == rested
+
+
+STEPS = [(who, stop, "idle") for who in PLACES for stop in stops_of(who)]
+STEPS += [("sender", stop, "parked") for stop in stops_of("sender")]
+
+
+@pytest.mark.parametrize(("who", "stop", "where"), STEPS, ids=lambda value: str(value))
+def test_who_jogs_one_step_is_told_of_the_stop(hub: HubHosts, who: str, stop: str, where: str) -> None:
+    """It sends nothing after the step, so no refusal tells that the machine rests elsewhere."""
+    place = PLACES[who]
+    if where == "parked":
+        hub.put_of(SENDER, "G91G1Z20F600\n")
+        hub.after(0.5)
+        hub.after(0.5, "!")
+        hub.after(0.5, "\xa3")
+    hub.put_of(place, "$J=G91X40F600\n")
+    hub.passes(0.5)
+    hub.heard_of(place)
+    stops_of(who)[stop](hub)
+    hub.passes(1)
+    rested = hub.position()[0]
+    assert hub.heard_of(place).count(TOLD) == 1
+    hub.passes(1)
+    assert hub.position()[0] == rested > 0
+
+
+@pytest.mark.parametrize("stop", ["!", "\x85"])
+def test_a_step_that_has_ended_is_not_said_to_be_stopped(hub: HubHosts, stop: str) -> None:
+    hub.put_of(SENDER, JOG)
+    hub.passes(0.4)
+    hub.put_of(OBSERVER, stop)
+    hub.passes(1)
+    assert TOLD not in hub.heard_of(SENDER)
 
 
 def test_a_stop_that_ends_no_jog_refuses_none(hub: HubHosts) -> None:

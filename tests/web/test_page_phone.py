@@ -240,3 +240,31 @@ def test_a_report_does_not_draw_the_whole_path_again(socket_link: Callable[..., 
     assert console.page.evaluate("window.drawn") < 4 * rounds, before
     console.by("hold").click()
     console.is_in("Hold")
+
+
+# Top of each button of the tab, from the top of the page.
+TOPS = """() => {
+    const buttons = document.querySelectorAll("main .start-stop button, main .override button, [data-test=run-again]");
+    const top = (button) => Math.round(button.getBoundingClientRect().top + scrollY);
+    const name = (button) => button.getAttribute("aria-label") ?? button.textContent;
+    return Object.fromEntries([...buttons].map((each) => [name(each), top(each)]));
+}"""
+
+
+@pytest.mark.parametrize("look", ["light", "phone"])
+def test_what_a_job_says_and_how_it_ends_move_no_control(socket_link: Callable[..., Console], look: str) -> None:
+    console = socket_link()
+    console.page.set_viewport_size(LOOKS[look]["viewport"])  # type: ignore[arg-type]
+    load(console, "G1X1F600\nM0 (Check the clamps, all four of them, and the hose)\nG1X2\n")
+    expect(console.page.get_by_text("Check passed")).to_be_visible()
+    before = console.page.evaluate(TOPS)
+    assert len(before) > 12
+    console.by("job-start").click()
+    console.is_in("Hold")
+    expect(console.page.get_by_text("The program waits for Resume")).to_be_visible()
+    expect(console.page.locator(".notices").get_by_text("Check the clamps")).to_be_visible()
+    assert console.page.evaluate(TOPS) == before
+    console.by("resume").click()
+    console.is_in("Idle")
+    expect(console.page.get_by_text("The job is finished")).to_be_visible()
+    assert console.page.evaluate(TOPS) == before

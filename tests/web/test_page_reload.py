@@ -178,3 +178,27 @@ def test_another_browser_in_a_pause_says_what_waits(socket_link: Callable[..., C
     expect(console.page.get_by_text(waits)).to_have_count(0)
     console.tab("control")
     expect(console.page.get_by_role("heading", name="Position, inch")).to_be_visible()
+
+
+# A text of a job finds no room; places, which are small, do. As Chromium ends it: without an exception.
+NO_ROOM = """() => {
+    const put = IDBObjectStore.prototype.put;
+    IDBObjectStore.prototype.put = function (value, key) {
+        const asked = put.call(this, value, key);
+        if (key === "text") setTimeout(() => { try { this.transaction.abort(); } catch { /* it has ended */ } });
+        return asked;
+    };
+}"""
+
+
+def test_a_full_storage_is_said_before_the_start(socket_link: Callable[..., Console]) -> None:
+    """And stays said: the place of the job, which is written at each step, does not make it kept."""
+    console = socket_link(speed=SLOW)
+    console.page.evaluate(NO_ROOM)
+    load(console, square(40))
+    warning = console.page.get_by_text("This browser does not keep the job (the browser's storage is full)")
+    expect(warning).to_be_visible()
+    console.by("job-start").click()
+    console.is_in("Run")
+    run_until_line(console, 3)
+    expect(warning).to_be_visible()

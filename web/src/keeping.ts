@@ -22,9 +22,9 @@ function place(): KeptPlace {
   return { id: kept!.id, line: job.resumeLine.peek(), state: job.state.peek(), why: job.why.peek(), machine: controller.linkName.peek(), start: controller.startId.peek() };
 }
 
-async function written(work: Promise<void>): Promise<void> {
+async function written(work: Promise<boolean | void>): Promise<void> {
   await work.then(
-    () => (notKept.value = ""),
+    (isKept) => void (isKept !== false && (notKept.value = "")), // false: why it is not kept is known already
     (error: unknown) => (notKept.value = error instanceof Error ? error.message : String(error)),
   );
 }

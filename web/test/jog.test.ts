@@ -189,7 +189,7 @@ describe("a stop by someone else, of a jog that is held", () => {
     const all = await jogging();
     all.board.says(report);
     await turn();
-    expect(all.told).toEqual([expect.stringContaining("stopped by another client or at the machine")]);
+    expect(all.told).toEqual([expect.stringMatching(/^Stopped by another client or at the machine$/)]);
     expect(all.jogger.isHeld("X+")).toBe(false);
     expect(await after(all)).not.toContain("$J=");
     all.board.says("<Idle|MPos:12.500,0.000,0.000>");
@@ -199,7 +199,64 @@ describe("a stop by someone else, of a jog that is held", () => {
     all.jogger.end();
   });
 
-  test.each([184, 9, 8])("ends it: a slice is refused with error %s", async (code) => {
+  const TOLD = "[MSG:Another client or a button stopped the jog: release the key]";
+
+  test.each([["the message", TOLD], ["the refusal of a slice", "error:184"], ["both", "error:184", TOLD]])("ends it, and is said once: %s", async (_, ...lines) => {
+    const all = await jogging();
+    for (let n = 0; n < 2; n++) await all.sends();
+    expect(all.board.heard()).toContain("$J="); // the next slice
+    all.board.says(...lines);
+    await turn();
+    expect(all.told).toEqual([expect.stringMatching(/^Stopped by another client or at the machine$/)]);
+    expect(await after(all)).not.toContain("$J=");
+  });
+
+  describe("of a single step", () => {
+    async function stepping() {
+      const all = await jogging();
+      all.jogger.end();
+      for (let n = 0; n < 4; n++) all.board.says("ok"); // whatever of it is under way
+      await turn();
+      all.board.heard();
+      const step = all.jogger.step({ X: 1 }, 100, 600);
+      await turn();
+      return { ...all, step };
+    }
+
+    test("is said, as the machine rests elsewhere", async () => {
+      const { board, told, step } = await stepping();
+      board.says("ok");
+      await step;
+      board.says("<Jog|MPos:12.000,0.000,0.000>", "<Idle|MPos:13.000,0.000,0.000>", TOLD);
+      expect(told).toEqual([expect.stringMatching(/^Stopped by another client or at the machine$/)]);
+    });
+
+    test.each([["this page has stopped it", "HOLD"], ["this page has let go", "JOG_CANCEL"]] as const)("is not said where %s", async (_, name) => {
+      const { board, controller, told, step } = await stepping();
+      board.says("ok");
+      await step;
+      controller.realtime(name);
+      board.says("<Idle|MPos:13.000,0.000,0.000>", TOLD); // of a jog of the pendant
+      expect(told).toEqual([]);
+    });
+
+    test("is not said to who only views", async () => {
+      const { board, told, step } = await stepping();
+      board.says("ok");
+      await step;
+      board.says("[MSG:Observer: 192.168.1.7 is in control, $TAKE takes control]", TOLD);
+      expect(told).toEqual([]);
+    });
+
+    test("a step that comes too soon after it is refused in the same words", async () => {
+      const { board, told, step } = await stepping();
+      board.says("error:184");
+      await step;
+      expect(told).toEqual([expect.stringMatching(/^Stopped by another client or at the machine$/)]);
+    });
+  });
+
+  test.each([9, 8])("ends it: a slice is refused with error %s", async (code) => {
     const all = await jogging();
     for (let n = 0; n < 2; n++) await all.sends();
     expect(all.board.heard()).toContain("$J="); // the next slice

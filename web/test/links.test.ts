@@ -85,6 +85,36 @@ it.each(["this page", "another client"])("homing by %s: the full report tells a 
   await homes;
 });
 
+it.each(WHERE)("frozen, %s: what is pressed once more, and sent, is not named as not sent any more", async (where) => {
+  vi.useFakeTimers({ toFake: ["performance", "setInterval", "clearInterval"] });
+  const { board, controller } = await scene(where);
+  vi.advanceTimersByTime(3200);
+  controller.realtime("HOLD");
+  controller.realtime("SPINDLE_STOP");
+  board.says("<Hold:0|MPos:0.700,0.000,0.000>");
+  board.heard();
+  controller.realtime("HOLD");
+  expect([board.heard(), controller.dropped.value]).toEqual(["!", ["SPINDLE_STOP"]]);
+  await controller.disconnect();
+});
+
+const BANNER = "Grbl 1.1h ['$' for help]";
+
+it.each([1, 2, 3])("Reset pressed %i times, before the first answer: no one else has reset it", async (presses) => {
+  vi.useFakeTimers({ toFake: ["performance", "setInterval", "clearInterval"] });
+  const { board, controller } = await connect();
+  for (let n = 0; n < presses; n++) controller.reset();
+  for (let n = 0; n < presses; n++) {
+    board.says(BANNER);
+    vi.advanceTimersByTime(200);
+  }
+  expect(controller.restarted.value).toBe(false);
+  vi.advanceTimersByTime(5000);
+  board.says(BANNER);
+  expect(controller.restarted.value).toBe(true);
+  await controller.disconnect();
+});
+
 it.each(WHERE)("frozen, %s: what ends a jog goes all the same, so that no jog outlives the hand that held it", async (where) => {
   vi.useFakeTimers({ toFake: ["performance", "setInterval", "clearInterval"] });
   const { board, controller } = await scene(where);

@@ -39,12 +39,16 @@ function opened(): Promise<IDBDatabase> {
   return database;
 }
 
+function inWords(error: DOMException | null): Error {
+  return error && error.name !== "QuotaExceededError" ? error : new Error(t`the browser's storage is full`);
+}
+
 /** Rejects when the browser does not keep it. */
 async function transact(work: (store: IDBObjectStore) => void, mode: IDBTransactionMode = "readwrite"): Promise<void> {
   const transaction = (await opened()).transaction(STORE, mode);
   const done = new Promise<void>((resolve, reject) => {
     transaction.oncomplete = () => resolve();
-    transaction.onerror = transaction.onabort = () => reject(transaction.error ?? new Error(t`the browser's storage is full`));
+    transaction.onerror = transaction.onabort = () => reject(inWords(transaction.error));
   });
   work(transaction.objectStore(STORE));
   return done;
@@ -57,17 +61,21 @@ export function keepJob(job: KeptJob, place: KeptPlace): Promise<void> {
   });
 }
 
-/** @param job  its text, written again where another tab has put its own; null: this one gives way */
-export function keepPlace(place: KeptPlace, job: KeptJob | null): Promise<void> {
-  return transact((store) => {
+/** @param job  its text, written again where another tab has put its own; null: this one gives way
+ * @returns whether the job is kept: the place of a text that is not kept is not written */
+export async function keepPlace(place: KeptPlace, job: KeptJob | null): Promise<boolean> {
+  let isKeptHere = true;
+  await transact((store) => {
     const asked = store.get("place");
     asked.onsuccess = () => {
       const isOwn = (asked.result as KeptPlace | undefined)?.id === place.id;
+      isKeptHere = isOwn || job !== null;
       if (!isOwn && !job) return;
       if (!isOwn) store.put(job, "text");
       store.put(place, "place");
     };
   });
+  return isKeptHere;
 }
 
 /** What was kept cannot be brought back. */

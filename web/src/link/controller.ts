@@ -45,6 +45,8 @@ const ASK_RESTING_MS = 250;
 const SILENT_MS = 3000;
 /** A network link on which nothing comes for this time is given up: a new one is opened. */
 const DEAD_MS = 5000;
+/** Reset that is pressed more than once may be answered once for each time. */
+const OWN_RESET_MS = 3000;
 const LOG_LINES = 500;
 /** A board that starts when its port is opened says something within this time. */
 const FIRST_WORD_MS = 6000;
@@ -76,6 +78,8 @@ const SELF_LOCKS: readonly [RegExp, string][] = [
   [/safe mode after crashes/i, msg`Safe mode after crashes in a row: switch the controller off and on`],
   [/step pulses were lost/i, msg`Step pulses were lost: restart the controller`],
 ];
+/** Reported at rest to all who are connected. */
+const JOG_STOPPED = /^Another client or a button stopped the jog/;
 const DRIVER_SAYS = /^Driver [XYZABC2 ]+: /;
 /** Rows of `$#`. */
 const OFFSET = /^(G\d[\d.]*|TLO|PRB)$/;
@@ -173,6 +177,8 @@ export class Controller {
   onReport: (status: Status) => void = () => {};
   onAlarm: (code: number) => void = () => {};
   onMessage: (text: string) => void = () => {};
+  /** A jog was ended by someone else than its owner. */
+  onJogStopped: () => void = () => {};
   /** The controller has started again, or the connection was closed: what was under way is void. */
   onBreak: (what: Break) => void = () => {};
 
@@ -202,6 +208,7 @@ export class Controller {
   private unheard = 0;
   private entries = 0;
   private resetAsked = false;
+  private resetAt = -Infinity;
   /** What is not known, or may have changed; and the state in which the controller did not say it. */
   private readonly unknown = new Set<Question>();
   private refusedIn = "";
@@ -346,6 +353,7 @@ export class Controller {
       this.queue.callOffJogs();
     }
     if (this.isDead && !GOES_ALWAYS.has(name)) return this.drop(name);
+    if (this.dropped.peek().includes(name)) this.dropped.value = this.dropped.peek().filter((each) => each !== name);
     if (name === "RESUME" || name === "PARK") this.notParked.value = "";
     if (name === "RESUME") this.unpark();
     if (name === "STATUS") this.unheard++;
@@ -364,6 +372,7 @@ export class Controller {
 
   reset(): void {
     this.resetAsked = !this.isDead;
+    if (this.resetAsked) this.resetAt = performance.now();
     this.realtime("RESET");
   }
 
@@ -600,8 +609,9 @@ export class Controller {
   }
 
   private takeBanner(isFirst: boolean): void {
-    if (!this.resetAsked) this.homed.value = ""; // it may have been without power
-    if (!this.resetAsked && !isFirst) this.restarted.value = true;
+    const isOwn = this.resetAsked || performance.now() - this.resetAt < OWN_RESET_MS;
+    if (!isOwn) this.homed.value = ""; // it may have been without power
+    if (!isOwn && !isFirst) this.restarted.value = true;
     this.resetAsked = false;
     this.alarm.value = this.awaitedTool.value = null;
     this.needsReset.value = this.waitsForReport = this.parked.value = false;
@@ -685,6 +695,7 @@ export class Controller {
 
   private takeMessage(body: string): void {
     this.onMessage(body);
+    if (JOG_STOPPED.test(body)) this.onJogStopped();
     if (NEEDS_RESET.test(body)) this.needsReset.value = true;
     this.selfLock.value = this.needsReset.value ? "" : (SELF_LOCKS.find(([text]) => text.test(body))?.[1] ?? this.selfLock.value);
     const tool = TOOL_CHANGE.exec(body)?.[1];

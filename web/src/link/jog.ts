@@ -5,7 +5,7 @@
 import { effect } from "@preact/signals";
 import { AXES, errorWords, settingNumber } from "../tables";
 import { t } from "../words";
-import type { Controller } from "./controller";
+import { RefusedError, type Controller } from "./controller";
 
 /** A slice of held jogging, and how far the slices run ahead, ms. */
 const SLICE_MS = 100;
@@ -15,8 +15,9 @@ const MOST_OPEN = 6;
 const STALLED_MS = 1000;
 /** As near as a held jog comes to the end of the travel, mm or degrees. */
 const CLOSE = 0.01;
-/** The jog would leave the travel. */
+/** The jog would leave the travel; it follows one that someone else has stopped. */
 const OUTSIDE = 15;
+const STOPPED = 184;
 const MAX_RATE = settingNumber("max_rate_mm_min");
 /** States in which it may continue: a report from before it says Idle. */
 const KEEPS_JOGS = new Set(["Idle", "Jog"]);
@@ -41,21 +42,30 @@ export class Jogger {
   private sentMs = 0;
   private startedAt = 0;
   private unwatch: () => void = () => {};
+  /** Stops of the controller, at the last single step; null: its end is known. */
+  private stepped: number | null = null;
 
-  /** @param tell  why a held jog does not continue, in words */
+  /** @param tell  why a jog does not continue, and what to do, in words */
   constructor(
     private readonly controller: Controller,
-    private readonly tell: (why: string) => void = () => {},
-  ) {}
+    private readonly tell: (why: string, hint?: string) => void = () => {},
+  ) {
+    controller.onJogStopped = () => this.hearStopped();
+  }
 
   /** So far in these directions, mm or degrees; at this feed, mm/min. */
   async step(direction: Direction, distance: number, feed: number): Promise<void> {
-    await this.controller.send(line(direction, distance, feed));
+    this.stepped = this.controller.stops;
+    await this.controller.send(line(direction, distance, feed)).catch((error: unknown) => {
+      if (!(error instanceof RefusedError && error.code === STOPPED)) throw error;
+      this.tellStopped();
+    });
   }
 
   /** Continue until this is let go, the end of the travel, a refusal, or a stop by anyone. @param by  the button, or the keys */
   begin(direction: Direction, feed: number, by: string): void {
     this.end();
+    this.stepped = null;
     this.startedAt = performance.now();
     this.sentMs = 0;
     const held: Held = (this.held = { by, direction, feed, stops: this.controller.stops, open: 0, heardAt: this.startedAt });
@@ -83,7 +93,20 @@ export class Jogger {
   /** The machine has left the jog, by someone else or by an alarm, which has its own notice. */
   private leave(state: string): void {
     this.end();
-    if (state !== "Alarm") this.tell(t`The movement was stopped by another client or at the machine. Release the button and press it again to continue.`);
+    if (state !== "Alarm") this.tellStopped();
+  }
+
+  /** The controller has ended a jog that its owner did not stop. */
+  private hearStopped(): void {
+    const isOwn = this.held !== null || this.stepped === this.controller.stops;
+    if (!isOwn || !this.controller.commands.peek()) return;
+    this.end();
+    this.tellStopped();
+  }
+
+  private tellStopped(): void {
+    this.stepped = null;
+    this.tell(t`Stopped by another client or at the machine`, t`Release the button or key for 0.5 s, then press it again.`);
   }
 
   private stall(): void {
@@ -114,7 +137,8 @@ export class Jogger {
       if (answer.kind === "error" && answer.code === OUTSIDE) void this.approach(held, distance);
       else {
         this.end();
-        if (answer.kind === "error") this.tell(t`The jog was refused: error ${answer.code}, ${errorWords(answer.code)}`);
+        if (answer.kind === "error" && answer.code === STOPPED) this.tellStopped();
+        else if (answer.kind === "error") this.tell(t`The jog was refused: error ${answer.code}, ${errorWords(answer.code)}`);
       }
     });
   }

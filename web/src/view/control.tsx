@@ -4,6 +4,7 @@ import type { JSX } from "preact";
 import { useEffect, useLayoutEffect } from "preact/hooks";
 import { attempt, axesShown, controller, fail, failure, job, noLines, noMotion } from "../app";
 import { combined, heldFeed, Jogger, type Direction } from "../link/jog";
+import { LinkError } from "../link/transport";
 import { AXES, settingNumber, type RealtimeName } from "../tables";
 import { Button, Card, Check, Icon, Progress, Segments, type IconName } from "./parts";
 import { isLarge, PositionCard } from "./position";
@@ -13,7 +14,7 @@ import { Shortcuts } from "./shortcuts";
 import type { JobState } from "../job/runner";
 import { msg, t, tr } from "../words";
 
-const jogger = new Jogger(controller, (why) => fail(new Error(why)));
+const jogger = new Jogger(controller, (why, hint) => fail(new LinkError(why, hint)));
 const STEPS = [0.01, 0.1, 1, 10, 100] as const;
 /** While held. */
 const HELD = 0;

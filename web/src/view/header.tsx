@@ -407,8 +407,8 @@ function ObserverNotice(): JSX.Element | null {
   return (
     <Notice
       kind="info"
-      title={t`View only`}
-      text={t`${controller.takenBy.value || t`Another client`} is in control of this controller. Hold works here, too.`}
+      title={t`View only: ${controller.takenBy.value || t`another client`} is in control`}
+      text={t`Hold and Reset work here, too.`}
     >
       <Button size="small" machine="sets" onClick={() => (isUnderWay() ? (asks.value = true) : take())} testId="take">
         {t`Take control`}

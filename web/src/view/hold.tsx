@@ -44,11 +44,12 @@ function RefusedNotice(): JSX.Element | null {
 function WaitingNotice(): JSX.Element {
   const tool = controller.awaitedTool.value;
   const isOpen = controller.state.value === "Door" && controller.status.value?.substate !== 0;
+  const rests = [t`The machine is in a hold`, job.says.value].filter(Boolean).join(": ");
   const why = isOpen ? t`Close the door first, and wait until the machine rests.` : controller.status.value?.substate === 1 ? t`Wait until the machine rests.` : "";
   return (
     <Notice
       kind="info"
-      title={tool === null ? t`The machine is in a hold` : t`Change to tool T${tool}, then press Resume`}
+      title={tool === null ? rests : t`Change to tool T${tool}, then press Resume`}
       text={tool === null ? t`Resume continues here. To move the axes before that, take the machine over by hand; the job is kept.` : toolWords(tool)}
     >
       <Button kind="primary" size="small" machine="sets" why={why} title={t`The job is kept at this step, and Resume returns to it`} onClick={() => controller.realtime("PARK")} testId="park">

@@ -38,6 +38,7 @@ export function JobTab(): JSX.Element {
       <div class="w4 stack">
         <RunCard />
         <OverrideCard />
+        <RunMessages />
         <CheckCard />
       </div>
     </div>
@@ -316,12 +317,11 @@ function whyNoStart(): string {
 function RunCard(): JSX.Element {
   const asks = useSignal(false);
   const state = job.state.value;
-  const result = RESULT[state];
   const total = job.total;
   const ended = job.ended.value && t`The job has ended: run it again from the start, or resume it from a line, below.`;
   const why = !job.active.value && (whyNoStart() || ended);
   return (
-    <Card title={t`Run`}>
+    <Card title={t`Run the job`}>
       <StartStop
         start={{ text: t`Start`, why, onClick: () => (doubts().length > 0 ? (asks.value = true) : job.start()), testId: "job-start" }}
         stop={{ text: state === "stopping" ? t`Stopping` : t`Stop the job`, onClick: () => job.stop(), testId: "job-stop" }}
@@ -342,10 +342,21 @@ function RunCard(): JSX.Element {
         <dd>{timeLeft()}</dd>
       </dl>
       <ResumeBar />
-      {job.says.value && <Notice kind="warn" title={job.says.value} text={controller.state.value === "Hold" ? t`The program waits for Resume.` : ""} />}
+    </Card>
+  );
+}
+
+/** Below all controls of the job and the overrides: they come while a thumb is on one of those. */
+function RunMessages(): JSX.Element | null {
+  const result = RESULT[job.state.value];
+  const says = job.says.value;
+  if (!says && !result && !notKept.value) return null;
+  return (
+    <div class="run-messages">
+      {says && <Notice kind="warn" title={says} text={controller.state.value === "Hold" ? t`The program waits for Resume.` : ""} />}
       {result && <Notice kind={result.kind} title={tr(result.title)} text={job.why.value} />}
       {notKept.value && <Notice kind="warn" title={t`This browser does not keep the job (${notKept.value}): a reload of the page loses it.`} />}
-    </Card>
+    </div>
   );
 }
 
