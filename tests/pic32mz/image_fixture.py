@@ -51,7 +51,8 @@ def build_image(board: Board, output: Path | None = None) -> Pic32Build:
 
 def sizes_of_core(board: Board) -> list[str]:
     """All that the core sees of a board."""
-    names = re.findall(r"\bBOARD_\w+", (checkout_root() / "targets/pic32mz/hal/core_sizes.h").read_text(encoding="utf-8"))
+    header = checkout_root() / "targets" / "pic32mz" / "hal" / "core_sizes.h"
+    names = re.findall(r"\bBOARD_\w+", header.read_text(encoding="utf-8"))
     lines = pin_header_text(board).splitlines()
     return [line for line in lines for name in names if line.split()[1:2] == [name]]
 
