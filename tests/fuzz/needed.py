@@ -10,6 +10,7 @@ from functools import cache
 from pathlib import Path
 
 from elftools.elf.elffile import ELFFile
+from elftools.elf.sections import SymbolTableSection
 from wificnc.build.checkout import checkout_root
 from wificnc.build.compiler import locate_compiler
 from wificnc.build.host import HEADERS, build_host, host_sources, variant_directory
@@ -49,7 +50,8 @@ def _library() -> tuple[dict[Path, Path], dict[str, Path]]:
 def symbols(path: Path) -> tuple[set[str], set[str]]:
     """Those that an object defines for others, and those that it asks for."""
     with path.open("rb") as file:
-        table = ELFFile(file).get_section_by_name(".symtab")
+        (table,) = ELFFile(file).iter_sections("SHT_SYMTAB")
+        assert isinstance(table, SymbolTableSection)
         rows = [each for each in table.iter_symbols() if each["st_info"]["bind"] != "STB_LOCAL"]
     asked = {each.name for each in rows if each["st_shndx"] == "SHN_UNDEF"}
     return {each.name for each in rows} - asked, asked
