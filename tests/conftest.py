@@ -33,10 +33,11 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 use_made_key()
 
-# Folders that take longest, the longest first: a long one that starts last leaves the other workers idle.
+# Folders that take longest, the longest first: a long one that starts last leaves the other workers idle. First those
+# that one worker takes whole (tests/support/file_scheduling.py), then those that wait, while others compute.
 LONGEST_FIRST = (
-    *("pic32mz", "xtensa", "web", "release", "esp32", "build", "linuxcnc", "grbl", "motion", "states", "senders"),
-    *("serve", "repo", "wire", "gcode", "cli", "link"),
+    *("pic32mz", "xtensa", "esp32", "release", "build", "linuxcnc", "web", "senders", "serve", "wire", "link"),
+    *("grbl", "motion", "states", "repo", "gcode", "cli"),
 )
 
 

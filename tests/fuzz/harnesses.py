@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from needed import needed_parts
 from wificnc.build.checkout import checkout_root
 from wificnc.build.host import build_program
 
@@ -33,8 +34,9 @@ ESP32 = {"improv": ("link/improv.c",), "ota": ("net/ota.c",)}  # the firmware's 
 NOT_PORTABLE = ("wificnc.c", "network.c")  # of linuxcnc: they need HAL and sockets
 
 
-def build_harness(name: str, output: Path, variant: str, *more: Path) -> Path:
-    """One harness with everything it drives. Raises BuildError."""
+def build_harness(name: str, output: Path, variant: str, *more: Path, alone: bool = False) -> Path:
+    """One harness with everything it drives. Raises BuildError.
+    @param alone  of the host library only what it needs is compiled: what the release variant's symbols lead to"""
     sources, flags = [HERE / f"{name}.c", *more], [f"-I{HERE}"]
     if name == "component":
         folder = checkout_root() / "linuxcnc"
@@ -44,4 +46,5 @@ def build_harness(name: str, output: Path, variant: str, *more: Path) -> Path:
         folder = checkout_root() / "targets" / "esp32"
         sources += [folder / path for path in ESP32[name]]
         flags.append(f"-I{folder}")
-    return build_program(sources, output, variant, flags)
+    parts = needed_parts(sources, flags, output.with_suffix(".objects")) if alone else None
+    return build_program(sources, output, variant, flags, parts)

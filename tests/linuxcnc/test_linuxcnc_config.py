@@ -127,6 +127,7 @@ def invoke(*arguments: str) -> str:
     return result.output
 
 
+@pytest.mark.alike(4)
 @pytest.mark.parametrize("machine", find_machines())
 def test_limits_are_those_of_the_profile(machine: str, tmp_path: Path) -> None:
     axes = load_machine(machine).axis

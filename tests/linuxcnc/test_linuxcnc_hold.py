@@ -87,6 +87,7 @@ def test_a_jog_that_does_not_wait_is_a_fault_that_says_why(bench: Bench) -> None
     assert bench.virtual.position == held
 
 
+@pytest.mark.alike(1)
 @pytest.mark.parametrize("gone_s", [0.1, 0.5, 0.9])
 def test_a_network_that_is_gone_for_less_than_a_second(bench: Bench, gone_s: float) -> None:
     """The machine may be at rest meanwhile, and LinuxCNC waits for it. Every step is made once."""

@@ -212,6 +212,7 @@ def test_a_scale_of_0_is_1(bench: Bench) -> None:
 # ---- probing ----
 
 
+@pytest.mark.alike(3)
 @pytest.mark.parametrize("surface", [-500, -1234, -3999])
 @pytest.mark.parametrize("speed", [1.0, 8.0])
 def test_g38_measures_the_contact_to_the_step(bench: Bench, surface: int, speed: float) -> None:

@@ -194,7 +194,8 @@ def session(home: Path, as_user: Callable[..., str]) -> tuple[dict[str, Any], li
     return seen, shown
 
 
-@pytest.mark.slow
+# Minutes of all of LinuxCNC; test_linuxcnc_config.py has one such session, link_bench.py these faults in virtual time.
+@pytest.mark.deep
 def test_a_controller_that_is_held_and_loses_its_power(user_home: Path, as_user: Callable[..., str]) -> None:
     for attempt in range(3):
         try:

@@ -212,6 +212,7 @@ def test_the_least_jerk_takes_long_and_ends(host: Host, jerk: float, deviation: 
         assert np.abs(derivatives(run, window_s)[2]).max() <= jerk + 4 * grain / window_s
 
 
+@pytest.mark.alike(2)
 @pytest.mark.parametrize(
     ("steps_per_mm", "accel_mm_s2", "jerk", "shaper"),
     [(2000.0, 50.0, 100.0, ()), (4000.0, 500.0, 1000.0, ()), (1500.0, 50.0, 100.0, (4, 5.0, 0.1))],

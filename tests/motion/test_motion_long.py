@@ -120,6 +120,7 @@ def test_the_longest_line_of_all() -> None:
     assert run.end_ticks / run.timer_hz == pytest.approx(both_s, abs=0.1)
 
 
+@pytest.mark.alike(5)
 @pytest.mark.parametrize("kind", ["plain", "jerk", "stops"])
 @pytest.mark.parametrize("length_mm", [4_000.0, 4_100.0, 50_000.0])
 def test_a_long_line_takes_as_long_as_it_should(kind: str, length_mm: float) -> None:

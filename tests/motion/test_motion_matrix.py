@@ -170,6 +170,7 @@ def same_events(name: str, run: Run) -> bool:
     return np.array_equal(run.events, plain(name).run.events)
 
 
+@pytest.mark.alike(3)
 @pytest.mark.parametrize("name", RUNNING)
 def test_a_hold_stops_short_and_goes_on_along_the_same_path(name: str) -> None:
     def check(host: Host, ticks: int) -> None:
@@ -187,6 +188,7 @@ def test_a_hold_stops_short_and_goes_on_along_the_same_path(name: str) -> None:
     each_moment(name, 0, check)
 
 
+@pytest.mark.alike(3)
 @pytest.mark.parametrize("name", RUNNING)
 def test_a_hold_that_is_lifted_before_it_stands(name: str) -> None:
     def check(host: Host, ticks: int) -> None:
@@ -231,7 +233,7 @@ def test_after_an_e_stop_no_pulse_leaves(name: str) -> None:
     each_moment(name, 3, check)
 
 
-@pytest.mark.alike(8)
+@pytest.mark.alike(4)
 @pytest.mark.parametrize("name", ["line", "corner", "arc", "dense", "stops", "probe"])
 @pytest.mark.parametrize("override", ["\x92" * 5, "\x91" * 10, "\x92" * 9 + "\x93" * 9, "\x91" * 9 + "\x92" * 18])
 def test_a_feed_override_keeps_path_and_limits(name: str, override: str) -> None:

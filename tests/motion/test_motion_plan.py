@@ -59,6 +59,7 @@ def ends_at(path: Path) -> list[int]:
     return [round(value) for value in path.vertices()[-1][:3] * FINE.steps_per_mm]
 
 
+@pytest.mark.alike(30)
 @pytest.mark.parametrize("name", FIXED)
 def test_every_speed_of_the_plan_can_be_kept(name: str, tmp_path: File) -> None:
     outcome = run(FIXED[name].program(), 1.0, tmp_path / "trace")

@@ -71,6 +71,7 @@ def test_the_frame_swings_less(kind: int, off: float, most: float, hz: float) ->
     assert np.linalg.norm(shaped) <= most * np.linalg.norm(plain)
 
 
+@pytest.mark.alike(6)
 @pytest.mark.parametrize("damping", [0.0, 0.02, 0.2])
 @pytest.mark.parametrize("kind", [ZV, MZV, EI, EI_2])
 def test_a_move_is_the_sum_of_its_delayed_parts(kind: int, damping: float) -> None:

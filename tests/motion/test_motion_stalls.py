@@ -102,7 +102,7 @@ def random_stalls(rng: random.Random, sides: int, most_s: float) -> list[tuple[i
     return stalls
 
 
-@pytest.mark.alike(8)
+@pytest.mark.alike(4)
 @pytest.mark.parametrize("name", PROGRAMS)
 @pytest.mark.parametrize("side", SIDES)
 @pytest.mark.parametrize("seed", slow_but((0).__eq__, range(2)))

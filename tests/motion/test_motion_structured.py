@@ -40,6 +40,7 @@ def performed(path: Path, machine: Machine, *before: str) -> Run:
     return run
 
 
+@pytest.mark.alike(30)
 @pytest.mark.parametrize("name", FIXED)
 def test_limits_path_and_end(name: str, record_property: pytest.RecordProperty) -> None:
     run = performed(FIXED[name], FINE)
@@ -48,6 +49,7 @@ def test_limits_path_and_end(name: str, record_property: pytest.RecordProperty) 
     assert_on_path(run, FIXED[name].vertices(), FINE, FINE.deviation_mm)
 
 
+@pytest.mark.alike(30)
 @pytest.mark.parametrize("name", FIXED)
 def test_acceleration_with_the_steps_of_a_usual_machine(name: str) -> None:
     """Issue: at most 1.2 x in 10 ms, the grain of 250 steps/mm included."""
@@ -56,6 +58,7 @@ def test_acceleration_with_the_steps_of_a_usual_machine(name: str) -> None:
     assert np.abs(accel).max() <= 1.2 * COARSE.accel_mm_s2[0]
 
 
+@pytest.mark.alike(30)
 @pytest.mark.parametrize("name", FIXED)
 def test_acceleration_with_stalls(name: str) -> None:
     """Whatever each side of the firmware fails to do for up to a second: 1.2 x in 10 ms, and the end is exact."""

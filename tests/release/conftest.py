@@ -5,13 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from release_tree import Tree, build_boards, make_tree
+from release_tree import Tree, build_boards, make_tree, share_objects
 
 
 @pytest.fixture(scope="session")
 def tree(tmp_path_factory: pytest.TempPathFactory) -> Tree:
     made = make_tree(tmp_path_factory.mktemp("release") / "one")
     build_boards(made)
+    share_objects(made)
     return made
 
 

@@ -11,7 +11,9 @@ from pathlib import Path
 
 from esp_images import make_build
 from patience import BUILD_S
+from wificnc.board.load import load_board
 from wificnc.build.checkout import checkout_root
+from wificnc.build.pic32mz import build_pic32mz
 from wificnc.release.package import tracked_files
 
 ROOT = checkout_root()
@@ -75,3 +77,18 @@ def build_boards(tree: Tree) -> None:
         (tree.root / "web" / "dist" / name).write_text(text)
     for board, chip in ESP32_BOARDS.items():
         make_build(tree.root / "build" / board, board, chip, tree.revision)
+
+
+def share_objects(tree: Tree) -> None:
+    """The core's objects of this checkout's own image: no folder is in them, and to compile them again takes half a
+    minute. test_release.py compares with a tree that compiles all."""
+    if PIC32MZ_BOARD not in tree.boards:
+        return
+    here = build_pic32mz(load_board(PIC32MZ_BOARD), cc="gcc").elf.parent
+    there = tree.root / "build" / PIC32MZ_BOARD
+    there.mkdir(parents=True)
+    for name in ("pin_config.h", "compiler.json"):  # before the objects, which are newer than their headers
+        shutil.copyfile(here / name, there / name)
+    shutil.copytree(here / "obj" / "core", there / "obj" / "core", copy_function=shutil.copyfile)
+    for listing in there.rglob("*.d"):
+        listing.write_text(listing.read_text(encoding="utf-8").replace(str(ROOT), str(tree.root)), encoding="utf-8")

@@ -12,6 +12,7 @@ from itertools import count
 import pytest
 from bench.streams import ANSWER, GRID_MM, Door, rest_mm
 from serve_peer import Peer, Serve, connect, serial
+from slow import deep_but
 from wificnc.serve.server import Server
 
 IN_FLIGHT = 200  # lines of the job that wait for their answers
@@ -163,7 +164,7 @@ FAULTS = [
 ]
 
 
-@pytest.mark.parametrize(("variant", "speed"), [("release", 1.0), pytest.param("asan", 0.0, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(("variant", "speed"), [("release", 1.0), pytest.param("asan", 0.0, marks=pytest.mark.deep)])
 @pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.__name__)
 def test_the_job_goes_on(serve: Serve, fault: Fault, variant: str, speed: float) -> None:
     server = serve(speed=speed, variant=variant, pty=True)
@@ -177,9 +178,10 @@ def test_the_job_goes_on(serve: Serve, fault: Fault, variant: str, speed: float)
 
 
 @pytest.mark.slow
-def test_an_owner_that_is_cut_off(serve: Serve) -> None:
+@pytest.mark.parametrize("variant", deep_but("release".__eq__, ["release", "asan"]))
+def test_an_owner_that_is_cut_off(serve: Serve, variant: str) -> None:
     """Its whole lines are run at `~`, its half line is not, and the next one finds a sane controller."""
-    server = serve(variant="asan")
+    server = serve(variant=variant)
     with connect(server) as watcher:
         owner = connect(server)
         owner.send("G0X1\nG0X2")

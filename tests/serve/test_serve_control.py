@@ -5,11 +5,11 @@ from __future__ import annotations
 import pytest
 from patience import wait_until
 from serve_peer import Peer, Serve
-from slow import slow_but
+from slow import deep_but
 from wificnc.serve.server import Server
 
 
-@pytest.fixture(params=slow_but("release".__eq__, ["release", "asan"]))
+@pytest.fixture(params=deep_but("release".__eq__, ["release", "asan"]))
 def server(request: pytest.FixtureRequest, serve: Serve) -> Server:
     return serve(speed=0.0, control=0, variant=request.param)
 

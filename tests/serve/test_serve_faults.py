@@ -6,7 +6,7 @@ import select
 
 import pytest
 from serve_peer import Peer, Serve, connect, pour
-from slow import slow_but
+from slow import deep_but
 from wificnc.serve.server import Server
 
 VARIANTS = ("release", "asan")
@@ -14,7 +14,7 @@ JOB = ["G21G90G1F3000", *(f"X{n % 40 * 0.05:.2f}Y{n % 9 * 0.1:.1f}" for n in ran
 JOB_END = [3000 % 40 * 0.05, 3000 % 9 * 0.1]
 
 
-@pytest.fixture(params=slow_but("release".__eq__, VARIANTS))
+@pytest.fixture(params=deep_but("release".__eq__, VARIANTS))
 def server(request: pytest.FixtureRequest, serve: Serve) -> Server:
     return serve(variant=request.param, pty=True)
 

@@ -11,7 +11,7 @@ import json
 import shutil
 import subprocess
 import time
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -86,7 +86,7 @@ def build_host(variant: str = "release", *, root: Path | None = None) -> HostBui
     library = directory / LIBRARY_NAME
     with build_lock(directory):
         compiler = _compiler(directory, variant)
-        units = _units(root, directory, family=None if variant in SANITIZED else compiler.family)
+        units = _units_of(root, directory, variant, compiler)
         compiled, warnings = _compile_stale(root, compiler, variant, units)
         objects = [unit.object for unit in units]
         if compiled or is_older(library, objects) or _listed(directory) != [str(path) for path in objects]:
@@ -105,17 +105,35 @@ def core_ram_bytes(library: Path) -> int:
     return int(function())
 
 
-def build_program(sources: Sequence[Path], output: Path, variant: str = "release", flags: Sequence[str] = ()) -> Path:
-    """Link C sources with the host controller's objects into a program, for tests and benchmarks. Raises BuildError."""
+def build_program(
+    sources: Sequence[Path],
+    output: Path,
+    variant: str = "release",
+    flags: Sequence[str] = (),
+    parts: Collection[Path] | None = None,
+) -> Path:
+    """Link C sources with the host controller's objects into a program, for tests and benchmarks. Raises BuildError.
+    @param parts  the library's sources that it needs, where the others are not to be compiled"""
     root = checkout_root()
-    build = build_host(variant, root=root)
-    objects = [unit.object for unit in _units(root, variant_directory(root, variant))]
+    compiler, objects = _objects(root, variant, parts)
     output.parent.mkdir(parents=True, exist_ok=True)
     if is_older(output, [*sources, *objects]):
-        options = [*_compile_flags(root, build.compiler, variant), *flags, *VARIANTS[variant][1]]
+        options = [*_compile_flags(root, compiler, variant), *flags, *VARIANTS[variant][1]]
         with build_lock(output.parent):
-            _link(build.compiler, [*options, *map(str, sources)], objects, output)
+            _link(compiler, [*options, *map(str, sources)], objects, output)
     return output
+
+
+def _objects(root: Path, variant: str, parts: Collection[Path] | None) -> tuple[Compiler, list[Path]]:
+    """Of the library, up to date. @param parts  their sources; None: all"""
+    directory = variant_directory(root, variant)
+    if parts is None:
+        return build_host(variant, root=root).compiler, [unit.object for unit in _units(root, directory)]
+    with build_lock(directory):
+        compiler = _compiler(directory, variant)
+        units = [unit for unit in _units_of(root, directory, variant, compiler) if unit.source in parts]
+        _compile_stale(root, compiler, variant, units)
+    return compiler, [unit.object for unit in units]
 
 
 def variant_directory(root: Path, variant: str) -> Path:
@@ -130,6 +148,10 @@ def host_sources(root: Path, system: System = SYSTEM) -> list[Path]:
     """Every C file of the library: all of FOLDERS that this system compiles, but no main()."""
     found = [path for folder in FOLDERS for path in (root / folder).rglob("*.c")]
     return sorted(path for path in sources_of(system, found) if path.name != "main.c")
+
+
+def _units_of(root: Path, directory: Path, variant: str, compiler: Compiler) -> list[Unit]:
+    return _units(root, directory, family=None if variant in SANITIZED else compiler.family)
 
 
 def _units(root: Path, directory: Path, family: str | None = None) -> list[Unit]:
