@@ -159,7 +159,7 @@ static void hear(struct scene *scene) {
 
 static void pass(struct scene *scene, uint64_t us) {
     if (scene->shows)
-        fprintf(stderr, "-- %.3f s, %s: %lu us pass\n", (double)host_time_ticks(scene->host) / HZ,
+        fprintf(stderr, "-- %.3f s, %s: %lu us pass\n", (double)host_time_ticks(scene->host) / (double)HZ,
                 host_state(scene->host), (unsigned long)us);
     host_input_follows(scene->host, 0);
     (void)host_run_until(scene->host, host_time_ticks(scene->host) + us * (HZ / 1000000));

@@ -54,7 +54,10 @@ void say(struct sum sum) {
 HALCOMPILE = """#!/bin/sh
 printf '%s\\n' "$*" > {said}
 for file; do :; done
-head -3 "$file" > {folder}/bin/$(basename "$file" .c)
+name=${{file##*/}}
+while [ "$((n += 1))" -le 3 ] && IFS= read -r line; do
+    printf '%s\\n' "$line"
+done < "$file" > {folder}/bin/"${{name%.c}}"
 """
 
 

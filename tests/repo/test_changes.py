@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from lint.changes import FOLDER, KINDS, check_change, check_changes
+from tools_here import needs_git
 from wificnc.build.checkout import checkout_root
 
 if sys.version_info >= (3, 11):
@@ -36,6 +37,7 @@ def test_one_or_two_sentences_are_good(text: str) -> None:
     assert list(check_change(FOLDER / "+jog.added.md", text)) == []
 
 
+@needs_git
 def test_those_of_the_tree_are_good() -> None:
     assert check_changes(checkout_root()) == []
 

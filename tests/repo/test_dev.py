@@ -9,6 +9,7 @@ from pathlib import Path
 
 import dev
 import pytest
+from tools_here import needs_git
 from wificnc.build.checkout import checkout_root
 
 ROOT = checkout_root()
@@ -70,6 +71,7 @@ def test_a_slice_is_the_commits_and_can_be_asked_for_again(
         dev.main(["test-slice", "--part", str(dev.SLICES)])
 
 
+@needs_git
 def test_the_slice_of_a_commit_is_one_of_them(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     assert 0 <= dev.slice_of_commit() < dev.SLICES
     monkeypatch.setattr(dev, "ROOT", tmp_path)  # no repository

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 from lint.encodings import check_encodings, check_text
+from tools_here import needs_git
 from wificnc.build.checkout import checkout_root
 
 
@@ -42,5 +43,6 @@ def test_bytes_and_named_encodings_are_good(line: str) -> None:
     assert list(check_text(Path("a.py"), line)) == []
 
 
+@needs_git
 def test_what_users_run_names_its_encodings() -> None:
     assert check_encodings(checkout_root()) == []

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from lint.includes import ALLOWED, TARGETS, check_includes
+from tools_here import needs_git
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -134,5 +135,6 @@ def test_new_room_needs_its_line(tree: Path) -> None:
     assert "no known room" in lint_one(tree, "core/attic/a.c", "int a;\n")[0]
 
 
+@needs_git
 def test_our_core_follows_the_data() -> None:
     assert check_includes(ROOT) == []

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from generate.board_start import index_text
 from generate.install import PAGE, install_lines
+from tools_here import needs_git
 from wificnc.build.checkout import checkout_root
 
 ROOT = checkout_root()
@@ -21,6 +22,7 @@ def lines_of(text: str) -> list[str]:
     return [found.strip() for found in INSTALL.findall(text) if " -e " not in found]
 
 
+@needs_git
 def test_no_other_page_has_an_install_line() -> None:
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout.split()
     found = []

@@ -20,6 +20,7 @@ import pytest
 from core_only import PROGRAMS, RefusedError, allow_again
 from rings import EXCEPTIONS, FOLDERS, TESTS, NoRingError, Ring, ring_of, ring_of_case
 from stories import NO_BROWSER, STORIES
+from tools_here import needs_git
 
 TICK_S = 0.01
 
@@ -100,6 +101,7 @@ def test_what_waits_is_refused_with_the_right_ring(does: Callable[[], object], r
         does()
 
 
+@needs_git
 def test_what_needs_no_clock_is_allowed() -> None:
     """Threads that end, locks that are free, and the programs of the list."""
     thread = threading.Thread(target=lambda: time.sleep(0))  # in no test's own thread
