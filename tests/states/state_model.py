@@ -10,7 +10,7 @@ from generate.states_table import Input, Rule, Table
 BANNER = "Grbl 1.1h"
 MOVING = {"move", "probe", "jog", "home"}
 PAUSES = {"pause", "tool_change"}
-STOPS = ("hold_byte", "hold_button", "cancel_byte", "host_hold")
+STOPS = ("hold_byte", "hold_button", "cancel_byte", "host_hold", "other_host_hold")
 PARKED = ("parked", "parked_moves")
 DOOR_ACTS = {"idle", "run", "hold", "lost", "jog", "returned", "host_run", "host_hold", "host_jog", *PARKED}
 STOPPED = "[MSG:Stopped: the sender's lines wait for ~]"
