@@ -34,9 +34,10 @@ export const noLines = computed(() => {
   if (doing.value) return doing.value;
   if (controller.operates.value) return "";
   if (job.active.value) return t`A job is running: stop it, or wait until it is finished.`;
-  if (HELD.has(controller.state.value)) return t`The machine is in a hold: press Resume, or Reset to discard the rest.`;
-  return "";
+  return held.value;
 });
+/** Where the rest of a job may wait in the machine, also of one that this page had before it was loaded again; "": nowhere. */
+export const held = computed(() => (controller.connected.value && HELD.has(controller.state.value) ? t`The machine is in a hold: press Resume, or Reset to discard the rest.` : ""));
 /** Why nothing may move to a place that was set before; "": it may. */
 export const noPlace = computed(() => (controller.positionLost.value ? t`The position is lost: home the machine or set a new zero first.` : ""));
 /** The same of what needs a machine at rest: also one in an alarm, and an idle one only. */

@@ -2,7 +2,7 @@
 import { useSignal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
-import { attempt, checkJob, controller, fail, isStale, job, noLines, noPlace, preflight, standing, unknownYet } from "../app";
+import { attempt, checkJob, controller, fail, held, isStale, job, noLines, noPlace, preflight, standing, unknownYet } from "../app";
 import { describe, secondsAtLine, secondsLeft, type Preflight } from "../job/preflight";
 import type { Report } from "../job/core";
 import { laserWarning } from "../job/engraving";
@@ -82,6 +82,7 @@ function close(): void {
 /** Rejects with what forbids it: nothing is changed then. */
 export async function open(file: File): Promise<void> {
   if (job.active.value) throw new Error(t`A job is running: stop it first`);
+  if (job.program.value && held.value) throw new Error(held.value);
   job.unload(); // also when the new file cannot be read: what is shown is what Start would send
   preflight.forget();
   job.load(readProgram(file.name, await file.text()));
@@ -99,7 +100,7 @@ function PathCard(): JSX.Element {
           <FileButton accept={ACCEPT} onFile={(file) => void attempt(() => open(file))} testId="job-file">
             {t`Other file`}
           </FileButton>
-          <Button why={job.active.value && t`Stop the job first.`} title={t`This browser keeps the job until then`} onClick={close} testId="job-close">
+          <Button why={(job.active.value && t`Stop the job first.`) || held.value} title={t`This browser keeps the job until then`} onClick={close} testId="job-close">
             {t`Close`}
           </Button>
         </>
