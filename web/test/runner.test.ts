@@ -264,3 +264,16 @@ it("asks the network's own server with other questions: its answers come in turn
   expect(await settings).toEqual(["$100=250.000"]);
   expect(await listed).toEqual(["[TRUST:1,192.168.1.20,always]"]);
 });
+
+it.each([
+  ["M0 (Größe prüfen)", "Große prufen", "Größe prüfen"],
+  ["(MSG, Höhe [neu])", "Hohe (neu)", "Höhe [neu]"],
+])("shows what the program says as it is written: %s", async (line, said, written) => {
+  const { board, controller, job } = await connected();
+  job.load(readProgram("a.nc", `G1X1F1000\n${line}\nG1X2\n`));
+  job.start();
+  board.says("ok", `[MSG:${said.replace("ß", "")}]`);
+  await turn();
+  expect(job.says.value).toBe(written);
+  await controller.disconnect();
+});

@@ -6,7 +6,7 @@ import { computed, signal } from "@preact/signals";
 import type { Break, Controller } from "../link/controller";
 import type { Status } from "../link/messages";
 import { alarmWords, errorWords } from "../tables";
-import { shownComment } from "../link/line";
+import { shownComment, writtenComment } from "../link/line";
 import { longestLine, numbered, type JobLine, type Program } from "./program";
 import { t } from "../words";
 
@@ -47,7 +47,8 @@ export class JobRunner {
 
   private readonly lines = signal<readonly JobLine[]>([]);
   private indexOf: ReadonlyMap<number, number> = new Map();
-  private comments: ReadonlySet<string> = new Set();
+  /** As the controller shows them, in ASCII, and as they are written. */
+  private comments: ReadonlyMap<string, string> = new Map();
   private run = 0;
   /** The user has stopped it, and nothing had gone wrong before. */
   private byHand = false;
@@ -72,7 +73,7 @@ export class JobRunner {
     controller.onReport = (status) => this.hear(status);
     controller.onAlarm = (code) => this.hearAlarm(code);
     controller.onMessage = (text) => {
-      if (this.active.peek() && this.comments.has(text)) this.says.value = text;
+      if (this.active.peek()) this.says.value = this.comments.get(text) ?? this.says.peek();
     };
   }
 
@@ -129,7 +130,7 @@ export class JobRunner {
     this.sent.value = this.answered.value = this.executed.value = this.currentLine.value = 0;
     this.restingReports = 0;
     this.why.value = this.says.value = "";
-    this.comments = new Set(lines.flatMap(({ comment }) => (comment ? [shownComment(comment)] : [])));
+    this.comments = new Map(lines.flatMap(({ comment, text, code }) => (comment ? [[shownComment(comment), writtenComment(text, code)]] : [])));
   }
 
   /** Put lines while there is room; each is answered once. */

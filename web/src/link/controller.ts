@@ -45,7 +45,7 @@ const ASK_RESTING_MS = 250;
 const SILENT_MS = 3000;
 /** A network link on which nothing comes for this time is given up: a new one is opened. */
 const DEAD_MS = 5000;
-/** Reset that is pressed more than once may be answered once for each time. */
+/** Reset that is pressed again before its answer may be answered again, for so long. */
 const OWN_RESET_MS = 3000;
 const LOG_LINES = 500;
 /** A board that starts when its port is opened says something within this time. */
@@ -208,7 +208,7 @@ export class Controller {
   private unheard = 0;
   private entries = 0;
   private resetAsked = false;
-  private resetAt = -Infinity;
+  private resetsMore: number[] = [];
   /** What is not known, or may have changed; and the state in which the controller did not say it. */
   private readonly unknown = new Set<Question>();
   private refusedIn = "";
@@ -371,8 +371,8 @@ export class Controller {
   }
 
   reset(): void {
+    if (this.resetAsked) this.resetsMore.push(performance.now());
     this.resetAsked = !this.isDead;
-    if (this.resetAsked) this.resetAt = performance.now();
     this.realtime("RESET");
   }
 
@@ -608,11 +608,17 @@ export class Controller {
     this.queue.hear(text);
   }
 
+  private isOwnReset(): boolean {
+    this.resetsMore = this.resetsMore.filter((at) => performance.now() - at < OWN_RESET_MS);
+    const isOwn = this.resetAsked || this.resetsMore.shift() !== undefined;
+    this.resetAsked = false;
+    return isOwn;
+  }
+
   private takeBanner(isFirst: boolean): void {
-    const isOwn = this.resetAsked || performance.now() - this.resetAt < OWN_RESET_MS;
+    const isOwn = this.isOwnReset();
     if (!isOwn) this.homed.value = ""; // it may have been without power
     if (!isOwn && !isFirst) this.restarted.value = true;
-    this.resetAsked = false;
     this.alarm.value = this.awaitedTool.value = null;
     this.needsReset.value = this.waitsForReport = this.parked.value = false;
     this.notParked.value = this.driverSays.value = this.selfLock.value = "";

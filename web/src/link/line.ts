@@ -26,21 +26,31 @@ export function realtimeOf(text: string): RealtimeName | null {
 const TOOL_ROW = /^(?:N[\d.]+)?G10(?!\d).*L1(?!\d)/i;
 const SHOWN = /M(?:0*[16]|0+)(?![\d.])/i;
 const MESSAGE = /^.\s*(?:MSG|PRINT|DEBUG),/i;
+const OPENING = /^ *(?:MSG|PRINT|DEBUG),/i;
 const NOT_SHOWN = /[^\x20-\x7e]|[!?~]/g;
 
 /** What the controller keeps or shows of a line's comments (those in brackets if there are any), in one pair of brackets: a tool's text
  * as it is written, what is only shown in ASCII. @param code  the line without comments and blanks */
 export function keptComment(text: string, code: string): string {
+  let said = chosenComment(text, code);
+  if (!TOOL_ROW.test(code)) said = said.normalize("NFKD").replace(NOT_SHOWN, "").trim(); // wide brackets become plain ones, which must not end the comment
+  said = said.replace(/\(/g, "[").replace(/\)/g, "]"); // shown as round ones
+  return said && `(${said.trim() || " "})`;
+}
+
+/** The same as it is written in the file, for people, without MSG and brackets. */
+export function writtenComment(text: string, code: string): string {
+  return chosenComment(text, code).replace(OPENING, "").trim();
+}
+
+function chosenComment(text: string, code: string): string {
   const isRow = TOOL_ROW.test(code);
   const found: string[] = text.match(COMMENT) ?? [];
   const messages = isRow ? [] : found.filter((comment) => MESSAGE.test(comment));
   const all = isRow || messages.length > 0 || (!code.startsWith("$") && SHOWN.test(code)) ? found : [];
   const bracketed = all.filter((comment) => comment.startsWith("("));
   const kept = [messages, bracketed, all].find((each) => each.length > 0) ?? [];
-  let said = kept.map((comment) => comment.replace(/^.|(?<=^\(.*)\)$/g, "")).join("");
-  if (!isRow) said = said.normalize("NFKD").replace(NOT_SHOWN, "").trim(); // wide brackets become plain ones, which must not end the comment
-  said = said.replace(/\(/g, "[").replace(/\)/g, "]"); // shown as round ones
-  return said && `(${said.trim() || " "})`;
+  return kept.map((comment) => comment.replace(/^.|(?<=^\(.*)\)$/g, "")).join("");
 }
 
 const SHOWN_SIZE = 80; // LINE_COMMENT_SIZE of core/config.h
@@ -49,7 +59,7 @@ const ROUND: Readonly<Record<string, string>> = { "[": "(", "]": ")", "|": "/" }
 /** A comment that was kept, as the controller's message has it (line_reader_comment()). */
 export function shownComment(comment: string): string {
   const text = comment.slice(1, -1).slice(0, SHOWN_SIZE);
-  return text.replace(/^ *(?:MSG|PRINT|DEBUG),/i, "").trim().replace(/[[\]|]/g, (mark) => ROUND[mark]!);
+  return text.replace(OPENING, "").trim().replace(/[[\]|]/g, (mark) => ROUND[mark]!);
 }
 
 /** The line without its comments, but for those. Throws LineError when it holds what would act as a command. */
