@@ -45,7 +45,7 @@ const ASK_RESTING_MS = 250;
 const SILENT_MS = 3000;
 /** A network link on which nothing comes for this time is given up: a new one is opened. */
 const DEAD_MS = 5000;
-/** Reset that is pressed again before its answer may be answered again, for so long. */
+/** Reset that is pressed again before its answer may be answered again, within this time. */
 const OWN_RESET_MS = 3000;
 const LOG_LINES = 500;
 /** A board that starts when its port is opened says something within this time. */
