@@ -211,6 +211,9 @@ static inline bool net_hub_is_pendant(const struct net_client *client) {
     return client->stream.pendant != NET_PENDANT_NONE;
 }
 
+/** As the first byte of a pendant's line: it waited behind a jog that was stopped, and is refused. */
+enum { NET_PENDANT_STOPPED = 0xFD };
+
 /** A byte of a pendant, other than a request for a report. */
 void net_hub_take_pendant(struct net_hub *hub, struct net_client *client, uint8_t byte);
 

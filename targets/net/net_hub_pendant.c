@@ -21,8 +21,9 @@ enum { FORM_FEED = 0x0C, XON = 0x11, XOFF = 0x13, DELETE = 0x7F };
 /* LINE_MAX_BYTES: of a pendant, in a line. WAITS_MAX_BYTES: of its lines that wait; those behind are lost. */
 enum { LINE_MAX_BYTES = 255, WAITS_MAX_BYTES = 1024 };
 
-/* A line that is refused in its place: its bytes were unreadable, or control by 0x8B has ended before it. */
-enum { MARK_UNREADABLE = NET_LINE_SPOILED, MARK_CALLED_OFF = 0xFE };
+/* A line that is refused in its place: its bytes were unreadable, control by 0x8B has ended before it, or it
+ * waited behind a jog that was stopped. */
+enum { MARK_UNREADABLE = NET_LINE_SPOILED, MARK_CALLED_OFF = 0xFE, MARK_STOPPED = NET_PENDANT_STOPPED };
 
 static const char unreadable[] = "Pendant: unreadable bytes; check its baud rate, cable and ground";
 static const char too_many[] = "Pendant: too many lines; it must wait for answers";
@@ -208,7 +209,7 @@ static uint8_t first_byte(const struct net_client *client) {
 
 static bool is_marked(const struct net_client *client) {
     const uint8_t first = first_byte(client);
-    return first == MARK_UNREADABLE || first == MARK_CALLED_OFF;
+    return first == MARK_UNREADABLE || first == MARK_CALLED_OFF || first == MARK_STOPPED;
 }
 
 static void drop_line(struct net_hub *hub, struct net_client *client) {
@@ -240,6 +241,8 @@ static void refuse_line(struct net_hub *hub, struct net_client *client, enum sta
     client->told = false;
     if (first_line(client) == 1) {
         net_hub_say(hub, client, "ok\r\n", 4);
+    } else if (first_byte(client) == MARK_STOPPED) {
+        net_hub_refuse(hub, client, STATUS_LOCKED, NULL);
     } else {
         net_hub_refuse(hub, client, status, client->explained ? NULL : why);
         client->explained = true;

@@ -26,13 +26,10 @@ void net_hub_call_off_jogs(struct net_client *client) {
 
 /* What waits behind the jog that is stopped does not begin by that: it is refused, as while it moved. */
 static void call_off_lines(struct net_hub *hub, struct net_client *client) {
-    char stopped[3] = {0};
-    const bool behind = hub->stopped_jogs == &client->in && !net_hub_is_pendant(client);
-    if (behind) {
-        stopped[0] = net_hub_mark_of(hub, client);
-        stopped[1] = NET_LINE_STOPPED;
-    }
-    call_off(client, behind ? stopped : NULL);
+    const bool pendant = net_hub_is_pendant(client), behind = hub->stopped_jogs == &client->in;
+    const char owners[] = {net_hub_mark_of(hub, client), NET_LINE_STOPPED, '\0'};
+    const char pendants[] = {(char)NET_PENDANT_STOPPED, '\0'};
+    call_off(client, !behind ? NULL : pendant ? pendants : owners);
 }
 
 static void call_off_all_jogs(struct net_hub *hub, const struct net_client *but) {

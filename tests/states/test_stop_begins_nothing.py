@@ -115,3 +115,19 @@ def test_a_job_that_waits_in_the_server_is_not_refused(hub: HubHosts, jogs: int)
     hub.put_of(SENDER, "~")
     hub.passes(15)
     assert answers(hub.heard_of(SENDER)) == ["ok"] * 151
+
+
+@pytest.mark.parametrize("who", [SENDER, OBSERVER, PENDANT])
+@pytest.mark.parametrize("stop", STOPS)
+@pytest.mark.parametrize("jogs", [5, 20, 40])
+def test_what_waits_behind_a_pendants_jogs(hub: HubHosts, jogs: int, stop: str, who: int) -> None:
+    hub.put_of(PENDANT, JOG * jogs + "M8\nM3S500\n$G\nG1X5F600\n")
+    hub.passes(0.3)
+    hub.put_of(who, stop)
+    hub.passes(0.2)
+    rests(hub, 3)
+    said = answers(hub.heard_of(PENDANT))
+    assert said == ["ok"] * jogs + [LOCKED, LOCKED, "ok", LOCKED]
+    hub.put_of(PENDANT, "G91G1Y1F600\n")
+    hub.passes(0.5)
+    assert answers(hub.heard_of(PENDANT)) == ["ok"], "what is sent behind the stop is new"
