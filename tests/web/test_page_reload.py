@@ -42,6 +42,15 @@ def run_until_line(console: Console, line: int) -> None:
     )
 
 
+def keeps_its_job(console: Console, line: int) -> None:
+    """In a hold another file does not take its place."""
+    console.by("job-file").set_input_files({"name": "other.nc", "mimeType": "text/plain", "buffer": b"G0X1\n"})
+    notice = console.page.get_by_role("strong").filter(has_text="The machine is in a hold: press Resume")
+    expect(notice).to_be_visible()
+    expect(console.by("job-close")).to_be_disabled()
+    assert int(console.by("resume-line").input_value()) == line
+
+
 def test_a_job_is_resumed_after_a_reload(socket_link: Callable[..., Console]) -> None:
     console = socket_link(speed=0.2)  # 20 s, of which the reload needs one
     load(console, square(40) + "M30\n")
@@ -55,12 +64,7 @@ def test_a_job_is_resumed_after_a_reload(socket_link: Callable[..., Console]) ->
     line = int(console.by("resume-line").input_value())
     assert 1 < line <= 163  # of reports before the reload: what came after them is cut again, and nothing is left out
     expect(console.by("job-time")).to_be_visible()
-    other = {"name": "other.nc", "mimeType": "text/plain", "buffer": b"G0X1\n"}
-    console.by("job-file").set_input_files(other)
-    notice = console.page.get_by_role("strong").filter(has_text="The machine is in a hold: press Resume")
-    expect(notice).to_be_visible()
-    expect(console.by("job-close")).to_be_disabled()
-    assert int(console.by("resume-line").input_value()) == line, "another file does not take its place"
+    keeps_its_job(console, line)
     console.tab("terminal")
     expect(console.by("terminal")).not_to_contain_text("G1")
     console.tab("job")
