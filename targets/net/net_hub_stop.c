@@ -25,7 +25,7 @@ void net_hub_call_off_jogs(struct net_client *client) {
 }
 
 /* What waits behind the jog that is stopped does not begin by that: it is refused, as while it moved. */
-static void call_off_lines(struct net_hub *hub, struct net_client *client) {
+static void call_off_lines(const struct net_hub *hub, struct net_client *client) {
     const bool pendant = net_hub_is_pendant(client), behind = hub->stopped_jogs == &client->in;
     const char owners[] = {net_hub_mark_of(hub, client), NET_LINE_STOPPED, '\0'};
     const char pendants[] = {(char)NET_PENDANT_STOPPED, '\0'};
