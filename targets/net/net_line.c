@@ -43,9 +43,11 @@ size_t net_line_call_off(char *lines, size_t whole, size_t *count, const char *s
         const char *end = memchr(lines + from, '\n', whole - from);
         const size_t size = end == NULL ? whole - from : (size_t)(end + 1 - (lines + from));
         const bool jog = net_line_is_jog(lines + from, size);
-        if (jog || (mark > 0 && mark < size && begins_something(lines + from, size))) {
-            memcpy(lines + to, stopped, jog ? 0 : mark);
-            to += jog ? 0 : mark;
+        if (jog) {
+            lines[to++] = '\n';
+        } else if (mark > 0 && mark < size && begins_something(lines + from, size)) {
+            memcpy(lines + to, stopped, mark);
+            to += mark;
             lines[to++] = '\n';
         } else {
             memmove(lines + to, lines + from, size);
