@@ -214,7 +214,7 @@ struct net_hub {
         bool more; /* others have tried, too */
     } knock;
     const struct net_queue *jogs;         /* of whose lines the newest jog was; NULL: there was none */
-    const struct net_queue *stopped_jogs; /* ... at a stop of this round, while it moved; NULL: it did not */
+    const struct net_queue *stopped_jogs; /* lines that wait behind what a stop of this round ends; or NULL */
     uint8_t presses;                      /* of the start button, that were seen */
     bool has_lost;                        /* clients other than pendants may have lost_lines */
     bool has_spoiled;                     /* NET_LINE_SPOILED may be among what waits */

@@ -7,6 +7,16 @@ enum { READS_AHEAD = 64 }; /* of one client, at a stop: who sends without end is
 
 /* ---- jogs that are called off ---- */
 
+/* Whose lines wait behind what a stop ends now: a jog, or what the operator of a parked hold does. Behind a
+ * ~ that waits they are the job's. */
+static const struct net_queue *lines_behind(const struct net_hub *hub) {
+    if (hub->ops->jogs != NULL && hub->ops->jogs(hub->ctx))
+        return hub->jogs;
+    if (hub->hand != NULL && hub->hand_parked)
+        return &hub->hand->in;
+    return hub->parked.on && !hub->parked.resumes && hub->owner != NULL ? &hub->owner->in : NULL;
+}
+
 static bool may_jog(const struct net_hub *hub, const struct net_client *client) {
     return net_hub_is_open(client) && (client == hub->owner || net_hub_is_pendant(client));
 }
@@ -113,7 +123,7 @@ void net_hub_put_realtime(struct net_hub *hub, struct net_client *client, uint8_
     if (byte == JOG_CANCEL || byte == '!') {
         hub->stops = true;
         hub->stopped_by = client;
-        hub->stopped_jogs = hub->ops->jogs != NULL && hub->ops->jogs(hub->ctx) ? hub->jogs : NULL;
+        hub->stopped_jogs = lines_behind(hub);
         call_off_all_jogs(hub, NULL);
     }
 }

@@ -131,3 +131,22 @@ def test_what_waits_behind_a_pendants_jogs(hub: HubHosts, jogs: int, stop: str, 
     hub.put_of(PENDANT, "G91G1Y1F600\n")
     hub.passes(0.5)
     assert answers(hub.heard_of(PENDANT)) == ["ok"], "what is sent behind the stop is new"
+
+
+@pytest.mark.parametrize("operator", [SENDER, PENDANT])
+@pytest.mark.parametrize("who", [SENDER, OBSERVER, PENDANT])
+@pytest.mark.parametrize("stop", STOPS)
+@pytest.mark.parametrize("jogs", [5, 20])
+def test_what_waits_in_the_server_in_a_parked_hold(
+    hub: HubHosts, jogs: int, stop: str, who: int, operator: int
+) -> None:
+    """Of the operator's lines the controller takes a few only."""
+    hub.after(0.3, "!")
+    hub.after(0.5, "\xa3")
+    hub.put_of(operator, JOG * jogs + "M8\nM3S500\nG1X5F600\n")
+    hub.passes(0.3)
+    hub.put_of(who, stop)
+    hub.passes(0.2)
+    rests(hub, 6)
+    said = answers(hub.heard_of(operator))
+    assert said[:jogs] == ["ok"] * jogs and "ok" not in said[jogs:] and len(said) == jogs + 3
