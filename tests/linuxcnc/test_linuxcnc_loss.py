@@ -66,8 +66,7 @@ def wait(what, most_s=200):
     wait(lambda: status.interp_state == linuxcnc.INTERP_IDLE and status.inpos or status.task_state != linuxcnc.STATE_ON)
     seen["took_s"] = time.monotonic() - begun
     seen["on"] = status.task_state == linuxcnc.STATE_ON
-    time.sleep(0.5)
-    status.poll()
+    wait(lambda: all(abs(joint["ferror_current"]) < 0.003 for joint in status.joint[:2]), 10)
     seen["at_mm"] = tuple(joint["input"] for joint in status.joint[:2])
 finally:
     pathlib.Path("said").write_text(repr((seen, shown)))
