@@ -146,10 +146,16 @@ static bool takes_from_lost(const struct net_hub *hub, const struct net_client *
            (hub->left.count > 0 || hub->inside_left > 0) && is_take(line, client->in.count);
 }
 
+static void end_skipped(struct net_hub *hub, struct net_client *client) {
+    if (client->refuses_rest)
+        net_hub_refuse_rest(hub, client);
+    client->skips = client->spoiled = client->refuses_rest = false;
+}
+
 static void take_owners(struct net_hub *hub, struct net_client *client, char character, bool line_ends) {
     if (client->skips) {
-        client->skips = !line_ends;
-        client->spoiled &= !line_ends;
+        if (line_ends)
+            end_skipped(hub, client);
         return;
     }
     if (client->spoiled)
@@ -183,7 +189,7 @@ static void take_observers(struct net_hub *hub, struct net_client *client, char 
     bool takes = sound && is_take(client->typed, size);
     const bool known = sound && client->letters <= sizeof client->typed;
     client->letters = 0;
-    client->skips = client->spoiled = false;
+    client->skips = client->spoiled = client->refuses_rest = false;
     if (takes) {
         take_control(hub, client);
     } else if (known) {

@@ -126,7 +126,7 @@ struct net_hub_ops {
 struct net_hub_lines {
     struct net_queue in;
     size_t whole;
-    bool in_long, called_off, skips; /* as those of net_client */
+    bool in_long, called_off, skips, refuses_rest; /* as those of net_client */
 };
 
 struct net_client {
@@ -139,6 +139,7 @@ struct net_client {
     bool in_long;        /* the controller has got the begin of the line that continues in `in` */
     bool called_off;     /* ... or that line began before a jog cancel: a jog must not run */
     bool skips;          /* in the middle of a line that no one takes */
+    bool refuses_rest;   /* ... and that is refused at its end */
     bool asks, asks_all; /* a ? or 0x87 that waits */
     bool is_due;         /* the next report is its automatic one */
     bool ended;          /* sends no more; stays until it has heard the answers */

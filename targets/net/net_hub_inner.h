@@ -258,6 +258,9 @@ void net_hub_put_kept_resume(struct net_hub *hub);
 /** The owner is it no more: its lines are those of the job. */
 void net_hub_leave_parked(struct net_hub *hub);
 
+/** The end of a line has come of which the parked hold's end has dropped the first half. */
+void net_hub_refuse_rest(struct net_hub *hub, struct net_client *owner);
+
 /** The controller has forgotten all lines. */
 void net_hub_forget_parked(struct net_hub *hub);
 

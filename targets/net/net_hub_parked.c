@@ -70,10 +70,11 @@ static void begin(struct net_hub *hub) {
                                              .whole = owner->whole,
                                              .in_long = owner->in_long,
                                              .called_off = owner->called_off,
-                                             .skips = owner->skips};
+                                             .skips = owner->skips,
+                                             .refuses_rest = owner->refuses_rest};
     owner->in = (struct net_queue){0};
     owner->whole = 0;
-    owner->in_long = owner->called_off = owner->skips = false;
+    owner->in_long = owner->called_off = owner->skips = owner->refuses_rest = false;
 }
 
 /* ---- out of it ---- */
@@ -118,8 +119,12 @@ static void end_lines(struct net_hub *hub, struct net_client *owner) {
     net_hub_drop_operators(hub, bytes);
 }
 
-/* Half a line of the operator is none. Its rest is none either, and has its answer now, unless what comes is
- * the rest of a line of the job. */
+void net_hub_refuse_rest(struct net_hub *hub, struct net_client *owner) {
+    refuse_unread(hub, owner, "\n", 1);
+}
+
+/* Half a line of the operator is none. Its rest is none either, and is refused at its end, unless what comes
+ * is the rest of a line of the job. */
 static void drop_half(struct net_hub *hub, struct net_client *owner) {
     const struct net_hub_lines *job = &hub->parked.job;
     if (hub->parked.resumes || owner->in.count == owner->whole)
@@ -128,8 +133,7 @@ static void drop_half(struct net_hub *hub, struct net_client *owner) {
     owner->called_off = false;
     if (job->in.count > job->whole || job->skips)
         return;
-    owner->skips = true;
-    refuse_unread(hub, owner, "\n", 1);
+    owner->skips = owner->refuses_rest = true;
 }
 
 /* The job's lines are first again; what has come behind ~ follows them. */
@@ -138,6 +142,7 @@ static void take_back(struct net_hub *hub, struct net_client *owner) {
     const size_t kept = job->in.count;
     if (owner->in.count == 0) {
         owner->skips |= job->skips;
+        owner->refuses_rest |= job->refuses_rest;
         owner->called_off = job->called_off;
         owner->whole = job->whole;
     } else {

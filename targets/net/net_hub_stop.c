@@ -67,7 +67,8 @@ void net_hub_drop_lines(struct net_client *client) {
 
 /* What follows a client's own reset is a new line; of another's, the rest of a line that no one takes. */
 static void forget_lines(struct net_client *client, bool its_own) {
-    client->skips |= !its_own && (client->in.count > client->whole || client->in_long);
+    client->skips = !its_own && (client->skips || client->in.count > client->whole || client->in_long);
+    client->refuses_rest = false; /* the banner ends it */
     client->garbled &= !its_own;
     client->lost_lines = 0;
     net_hub_drop_lines(client);

@@ -139,14 +139,34 @@ def test_lines_that_were_not_read_do_not_run_within_the_job(hub: HubHosts) -> No
     assert "[G54:0.000,0.000,0.000]" in hub.after(0.1, "$#\n")
 
 
-def test_half_a_line_of_the_operator_is_refused_and_its_rest_with_it(hub: HubHosts) -> None:
-    """The start button is pressed in the middle of it: as a line of the job it would set work zero in mid-cut."""
+def leave_half_a_line(hub: HubHosts) -> None:
+    """The start button is pressed in the middle of a line of the operator."""
     hold_job(hub)
     assert operate(hub, 0, "\xa3G10L20P1X9", 0.1) == []
     hub.input("start", True)
-    said = answers(hub.after(RETURN_S)) + answers(hub.after(1, "9\n"))
-    assert said == ["error:170", *["ok"] * (1 + AHEAD)]
+    assert answers(hub.after(RETURN_S)) == ["ok"] * (1 + AHEAD)
+
+
+def test_half_a_line_of_the_operator_is_refused_at_its_end(hub: HubHosts) -> None:
+    """As a line of the job it would set work zero in mid-cut. An answer that comes before the line has ended is
+    missing behind it: a sender that waits for each answer would wait for ever."""
+    leave_half_a_line(hub)
+    assert answers(hub.after(1, "9\n")) == ["error:170"]
     assert "[G54:0.000,0.000,0.000]" in hub.after(0.1, "$#\n")
+
+
+def test_half_a_line_of_who_loses_control_is_answered_once(hub: HubHosts) -> None:
+    leave_half_a_line(hub)
+    assert operate(hub, 1, "$TAKE\n") == ["ok"]
+    assert answers(hub.after(0.1, "9\n")) == ["error:181"]
+
+
+@pytest.mark.parametrize("half", [False, True])
+def test_what_follows_a_reset_of_its_own_is_a_new_line(hub: HubHosts, half: bool) -> None:
+    if half:
+        leave_half_a_line(hub)
+    assert "Grbl 1.1h" in hub.after(1, "\x18")
+    assert answers(hub.after(0.1, "$G\n")) == ["ok"]
 
 
 def test_a_refused_park_leaves_lines_to_the_job(hub: HubHosts) -> None:
