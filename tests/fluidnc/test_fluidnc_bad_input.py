@@ -159,3 +159,13 @@ def test_a_rotary_axis_may_be_endless(tmp_path: Path) -> None:
     imported = import_fluidnc(write(tmp_path, text + more + rotary))
     assert imported.machine["axis"]["a"]["travel_deg"] == 0
     assert not [each for each in imported.remarks.of(Kind.LOST) if "max_travel" in each.key]
+
+
+@pytest.mark.parametrize("key", ["name", "board"])
+@pytest.mark.parametrize(("text", "taken"), [("\ufeffMy mill", "My mill"), ("My\u200e mill", "My mill"), ("\u200b", None)])
+def test_a_name_keeps_what_our_files_may_have(tmp_path: Path, key: str, text: str, taken: str | None) -> None:
+    """A copied text may have a byte order mark within it."""
+    path = write(tmp_path, f'{key}: "{text}"\n{AXIS_X}').rename(tmp_path / "\u200bconfig.yaml")
+    made = import_fluidnc(path)
+    assert (made.board["name"], made.name) == (taken or "config", taken or "imported")
+    assert said_of(key, path) == [f"{key} (line 1): without the characters that cannot be printed"]

@@ -21,7 +21,7 @@ from wificnc.fluidnc.profile import profile_data
 from wificnc.fluidnc.remarks import Kind, Remarks
 from wificnc.fluidnc.spindles import read_spindles
 from wificnc.fluidnc.text import toml_text
-from wificnc.fluidnc.tree import Section, read_fluidnc
+from wificnc.fluidnc.tree import Section, printable, read_fluidnc
 
 NS_PER_S, NS_PER_US = 1_000_000_000, 1_000
 _PULSE_NS, _DIR_NS, _RATE_HZ, _TIMER_HZ = 1_800, 1_900, 250_000, 20_000_000  # as our own ESP32 boards
@@ -123,14 +123,14 @@ def _chip(board: dict[str, Any]) -> Chip:
 def _board_data(
     path: Path, root: Section, axes: list[AxisFacts], outputs: dict[str, Any], inputs: InputFacts, remarks: Remarks
 ) -> dict[str, Any]:
-    name = root.take("board") or root.take("name") or path.stem
+    name = root.title("board", remarks) or root.title("name", remarks) or printable(path.stem) or "imported"
     data: dict[str, Any] = {
         "schema": 1,
         "name": name,
         "summary": f"{''.join(facts.letter for facts in axes)}, imported from a FluidNC configuration",
         "target": "esp32",
         "chip": "esp32",
-        "source": {"map": f"FluidNC configuration {path.name}", "board": name},
+        "source": {"map": f"FluidNC configuration {printable(path.name)}", "board": name},
         "memory": {},
         "timing": {},
     }

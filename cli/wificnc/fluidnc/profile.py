@@ -28,7 +28,7 @@ def profile_data(
         "spindle": spindle,
         "coolant": coolant,
     }
-    name = root.take("name") or root.take("board") or "imported"
+    name = root.title("name", remarks) or root.title("board", remarks) or "imported"
     return {"schema": 1, "name": name, **{key: table for key, table in tables.items() if table}}
 
 

@@ -57,6 +57,11 @@ class Value:
     line: int
 
 
+def printable(text: str) -> str:
+    """What a name in a file of ours may have of it."""
+    return "".join(character for character in text if character.isprintable()).strip()
+
+
 @dataclass
 class Section:
     """A key with keys below it. What is not taken of it was not converted."""
@@ -73,6 +78,14 @@ class Section:
         self._taken.add(name)
         found = self.values.get(name)
         return found.text if found and found.text.lower() not in _NOTHING else None
+
+    def title(self, name: str, remarks: Remarks) -> str | None:
+        """As take(), with the characters alone that a name in a file of ours may have."""
+        text = self.take(name) or ""
+        shown = printable(text)
+        if shown != text:
+            remarks.changed(name, self.line_of(name), "without the characters that cannot be printed")
+        return shown or None
 
     def number(self, name: str) -> float | None:
         """A finite one; any other text, and an empty one, is not taken."""
