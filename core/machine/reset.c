@@ -52,13 +52,14 @@ static void stop(struct machine *machine) {
 }
 
 /* An alarm after which only a reset helps. The line under way gets its answer: as TASK_LOCKED, unless the
- * store answers it when it has been written. */
+ * store answers it when it has been written, or the banner of a reset that has come before. */
 static void stop_for_good(struct machine *machine) {
     machine->life.locks_again =
         machine->life.state == MACHINE_ALARM && (!machine->life.critical || machine->life.locks_again);
     stop(machine);
     outputs_off(machine);
-    task_enter(&machine->task, machine->lines.open && !machine->stored.answers ? TASK_LOCKED : TASK_NONE);
+    const bool answers = machine->lines.open && !machine->stored.answers && !machine->life.restart;
+    task_enter(&machine->task, answers ? TASK_LOCKED : TASK_NONE);
     machine->life.critical = machine->life.critical_untold = true;
     machine->life.release_told = false;
     lines_run_startup(&machine->lines, false);
@@ -130,6 +131,8 @@ void reset_restart(struct machine *machine) {
     if (stored_is_damaged(machine)) {
         machine->life.alarm = ALARM_STORE;
         stored_report(machine);
+    } else if (machine->life.critical) { /* since the reset: it takes another one */
+        machine->life.critical_untold = true;
     } else if (machine->life.state == MACHINE_ALARM) {
         report_message(machine, "'$H'|'$X' to unlock");
     }

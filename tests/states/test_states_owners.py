@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pytest
 from generate.states_table import load_states
 from remote_host import RemoteHosts
-from state_machine import LINES, SETTLED_S
+from state_machine import LINES, SETTLED_S, answers
 
 INPUTS = load_states().inputs
 HELD = "[MSG:Sender lost: feed hold]"
@@ -71,3 +71,20 @@ def test_tools_of_a_lost_sender_stop_when_the_host_is_done(hosts: RemoteHosts) -
     hosts.lose_sender()
     assert HELD in hosts.after(SETTLED_S)
     assert hosts.state() == "Hold:0" and hosts.outputs().spindle_direction == 0
+
+
+@pytest.mark.parametrize("line", ["G38.3X-90F300", "G1X-90F300"])
+def test_an_emergency_stop_before_the_banner_of_a_reset_outlives_it(hosts: RemoteHosts, line: str) -> None:
+    """The host's stop comes in the quiet time of ALARM:3. The banner answers the probe, and lines are refused after it
+    until a reset that comes after the stop."""
+    hosts.after(0.5, f"G91{line}\n")
+    said = hosts.after(0.1, "\x18")
+    assert hosts.packet(INPUTS["host_estop"]) == "done"
+    said += hosts.after(SETTLED_S)
+    before, banner, behind = said.partition("Grbl 1.1h")
+    assert banner and before.count("ALARM:3\r\n") == before.count("ALARM:50\r\n") == 1
+    assert answers(before) == ["ok"] * line.startswith("G38") and answers(behind) == []
+    assert "[MSG:Reset to continue]" in behind and "to unlock" not in behind
+    assert answers(hosts.after(0.1, "$X\n")) == ["error:9"]
+    assert "Grbl 1.1h" in hosts.after(SETTLED_S, "\x18")
+    assert answers(hosts.after(0.1, "$X\n")) == ["ok"]
