@@ -449,6 +449,7 @@ void host_act(struct host *host) {
     bool looks = tasks_stalled_until(&host->tasks, HOST_CONTROLLER, now) == now;
     if (looks)
         tasks_looked(&host->tasks, HOST_CONTROLLER, machine_poll(&host->machine), now);
+    follow_beam(host);
     note_alarm(host);
     host_show_segments(host);
     if (host->observer.looked != NULL)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from contextlib import closing
 
 import pytest
 from generate.states_table import load_states
@@ -97,3 +98,14 @@ def test_without_lines_that_wait_a_stop_ends_the_jog_alone(hub: HubHosts, stop: 
 
 def test_a_jog_that_ends_by_itself_lets_them_begin(hub: HubHosts) -> None:
     assert answers(hub.after(10 + RUN_S, JOB)) == ["ok", "ok"] and hub.position()[:2] == [500, 1000]
+
+
+def test_the_beam_is_dark_in_the_round_in_which_a_reset_comes() -> None:
+    """The server lets the controller act within it, and no step follows with which the beam could go off."""
+    with closing(HubHosts()) as hub:
+        hub.heard()
+        hub.fine(*LINES, "$32=1")
+        hub.after(1, "M3S500\nG91G1X50F300\n")
+        assert hub.outputs().spindle_duty > 0
+        hub.put("\x18")
+        assert hub.outputs().spindle_duty == 0
