@@ -16,7 +16,7 @@ enum { READ_SIZE = 1024, READ_REFUSED = 128 };
 
 enum { LONGEST_LINE = 1024 }; /* with all its blanks and comments */
 
-static const char take_line[] = "$TAKE";
+static const char take_line[] = "$TAKE", in_control[] = "In control";
 
 enum { TAKE_LENGTH = sizeof take_line - 1 };
 enum { LOGIN_LINE_MAX = sizeof "$LOGIN=" + 64 };
@@ -48,6 +48,7 @@ void net_hub_set_owner(struct net_hub *hub, struct net_client *client) {
         return;
     }
     client->letters = 0;
+    hub->owner_is_new = true;
     hub->sender = client;
     hub->sender_lost = false;
     hub->ops->event(hub->ctx, "owner", client->name);
@@ -98,7 +99,8 @@ static bool is_take(const char *line, size_t size) {
     return size == TAKE_LENGTH && net_line_commands(line, size, take_line);
 }
 
-/* The owner's `$TAKE` is an empty line: like any line it is answered once, and it is true already. So are its
+/* The owner's `$TAKE` is an empty line: like any line it is answered once, and it is true already, with or
+ * without its first byte: who has become the owner by it is informed as others that take control. So are its
  * `$RI=`, and a jog that was called off before its line was whole. */
 void net_hub_end_line(struct net_hub *hub, struct net_client *owner) {
     size_t size = owner->in.count - owner->whole;
@@ -106,6 +108,8 @@ void net_hub_end_line(struct net_hub *hub, struct net_client *owner) {
     const bool takes = is_take(line, size);
     if (takes && owner == hub->owner)
         net_hub_end_mpg(hub, owner);
+    if (takes && owner == hub->owner && hub->owner_is_new)
+        net_hub_say_message(hub, owner, in_control);
     if (takes || net_hub_take_interval(hub, owner, line, size) ||
         (owner->called_off && net_line_is_jog(line, size)))
         net_queue_cut(&owner->in, owner->whole);
@@ -135,7 +139,8 @@ static void take_control(struct net_hub *hub, struct net_client *client) {
     if (client != hub->owner)
         net_hub_set_owner(hub, client);
     net_hub_follow_parked(hub);
-    net_hub_say_message(hub, client, "In control");
+    hub->owner_is_new = false;
+    net_hub_say_message(hub, client, in_control);
     net_hub_answer_observer(hub, client, "", 0);
 }
 
@@ -169,6 +174,7 @@ static void take_owners(struct net_hub *hub, struct net_client *client, char cha
     if (line_ends) {
         if (!net_hub_mark_line(hub, client))
             net_hub_end_line(hub, client);
+        hub->owner_is_new = false;
         character = '\n';
     }
     if (add_owners(hub, client, &character, 1) && line_ends)

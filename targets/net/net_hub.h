@@ -192,6 +192,7 @@ struct net_hub {
     struct access *access; /* whoever owns the hub sets and polls it; NULL: no client is locked out */
     struct net_client client[NET_CLIENTS];
     struct net_client *owner;  /* NULL: no one */
+    bool owner_is_new;         /* ... and no line of it has ended since it is the owner */
     struct net_client *sender; /* it answers for what runs; NULL: no one does */
     bool has_pendants;         /* one has come since the start: only then is any looked for */
     struct net_client *hand;   /* the pendant whose turn it is: lines of others wait; NULL: no one's */

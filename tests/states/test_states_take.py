@@ -121,3 +121,14 @@ def test_in_a_parked_hold_the_jobs_lines_are_dropped_and_the_operators_answered(
     assert taker(hub, "$J=G91Y1F600\n", 1)[1] == ["ok"]
     assert taker(hub, "~", 20)[0] == ["ok", *["error:181"] * ahead]
     assert hub.position()[:2] == [0, 0] and hub.state() == "Idle"
+
+
+def test_who_takes_control_where_no_client_has_it_learns_that_it_has(pair: ServerPair) -> None:
+    """By its first byte it has control already. Who had it before the line reads only ok."""
+    hub = pair.server
+    hub.lose_client(0)
+    assert IN_CONTROL in take(hub)
+    assert IN_CONTROL not in take(hub)
+    hub.put_of(2, "$TAKE\n")
+    assert IN_CONTROL in hub.heard_of(2)
+    assert IN_CONTROL in take(hub)
