@@ -162,7 +162,9 @@ def test_a_rotary_axis_may_be_endless(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("key", ["name", "board"])
-@pytest.mark.parametrize(("text", "taken"), [("\ufeffMy mill", "My mill"), ("My\u200e mill", "My mill"), ("\u200b", None)])
+@pytest.mark.parametrize(
+    ("text", "taken"), [("\ufeffMy mill", "My mill"), ("My\u200e mill", "My mill"), ("\u200b", None)]
+)
 def test_a_name_keeps_what_our_files_may_have(tmp_path: Path, key: str, text: str, taken: str | None) -> None:
     """A copied text may have a byte order mark within it."""
     path = write(tmp_path, f'{key}: "{text}"\n{AXIS_X}').rename(tmp_path / "\u200bconfig.yaml")
