@@ -6,15 +6,16 @@ from collections import OrderedDict
 from pathlib import Path
 from types import SimpleNamespace
 
-from file_scheduling import FileScheduling
+from file_scheduling import FileScheduling, waits
 
-UNIT = ["tests/a/test_x.py::one", "tests/a/test_x.py::two", "tests/a/test_y.py::three"]
+UNIT = ["tests/gcode/test_x.py::one", "tests/gcode/test_x.py::two", "tests/gcode/test_y.py::three"]
 
 
 class Worker(SimpleNamespace):
     """What the scheduler does with a worker process."""
 
     shutting_down = False
+    gateway = SimpleNamespace(id="gw0")
 
     def __hash__(self) -> int:
         return id(self)
@@ -32,7 +33,7 @@ def scheduling(done: dict[str, bool]) -> tuple[FileScheduling, Worker, Worker]:
     crashing, other = Worker(sent=[]), Worker(sent=[])
     scheduler.log = lambda *words: None
     scheduler.workqueue = OrderedDict()
-    scheduler.assigned_work = {crashing: OrderedDict({"tests/a": OrderedDict(done)}), other: OrderedDict()}
+    scheduler.assigned_work = {crashing: OrderedDict({"tests/gcode": OrderedDict(done)}), other: OrderedDict()}
     scheduler.registered_collections = {crashing: UNIT, other: UNIT}
     return scheduler, crashing, other
 
@@ -55,9 +56,25 @@ def test_worker_that_ends_when_all_is_done_has_no_crash() -> None:
     assert other.sent == []
 
 
+def test_half_of_the_workers_begin_with_what_waits() -> None:
+    """And when nothing of their kind is left, they take the other's."""
+    files = [
+        f"tests/{name}.py" for name in ("gcode/test_arcs", "web/test_page", "gcode/test_modal", "gcode/test_plane")
+    ]
+    assert [waits(file) for file in files] == [False, True, False, False]
+    scheduler, computes, waiter = scheduling({})
+    waiter.gateway = SimpleNamespace(id="gw1")
+    names = [f"{file}::test" for file in files]
+    scheduler.registered_collections = {computes: names, waiter: names}
+    scheduler.workqueue = OrderedDict((file, {name: False}) for file, name in zip(files, names, strict=True))
+    for worker in (computes, waiter, waiter, computes):
+        scheduler._assign_work_unit(worker)
+    assert (computes.sent, waiter.sent) == ([0, 3], [1, 2])
+
+
 def test_a_scope_is_a_file_or_a_folder_that_shares_what_it_makes() -> None:
     scheduler, _, _ = scheduling({})
-    assert [scheduler._split_scope(test) for test in UNIT] == ["tests/a/test_x.py"] * 2 + ["tests/a/test_y.py"]
+    assert [scheduler._split_scope(test) for test in UNIT] == ["tests/gcode/test_x.py"] * 2 + ["tests/gcode/test_y.py"]
     of_a_release = [f"tests/release/test_{name}.py::test" for name in ("wheels", "installed")]
     assert [scheduler._split_scope(test) for test in of_a_release] == ["tests/release"] * 2
 
