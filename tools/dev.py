@@ -112,7 +112,9 @@ def run(command: list[str | Path], folder: Path = ROOT, also: dict[str, str] | N
 
 
 def environment() -> dict[str, str]:
-    return {**os.environ, "PYTHONUTF8": "1"}
+    """Ours, with text in UTF-8; and what Python has compiled is kept, or each worker and command compiles it again."""
+    kept = {name: value for name, value in os.environ.items() if name != "PYTHONDONTWRITEBYTECODE"}
+    return {**kept, "PYTHONUTF8": "1"}
 
 
 def compile_tests(python: Path) -> None:
