@@ -56,7 +56,22 @@ def test_a_circle_of_files_is_found(tmp_path: Path) -> None:
     for name, calls in {"a": "b", "b": "c", "c": "a", "d": "a", "e": "f", "f": "e"}.items():
         write(tmp_path, f"core/room/{name}.c", f"void {calls}(void);\nvoid {name}(void) {{\n    {calls}();\n}}\n")
     (problem,) = check_circles(tmp_path)
-    assert "core/room/a.c, core/room/b.c, core/room/c.c" in problem.message
+    assert "core/room/a, core/room/b, core/room/c" in problem.message
+
+
+def test_an_inline_function_calls_for_its_room(tmp_path: Path) -> None:
+    write(tmp_path, "core/room/a.h", "static inline void a_in(void) {\n    b();\n}\n")
+    write(tmp_path, "core/room/a.c", "void a(void) {\n}\n")
+    write(
+        tmp_path,
+        "core/room/b.c",
+        "void c(void); /* prototypes and a() in comments are no calls */\nvoid b(void) {\n    c();\n}\n",
+    )
+    write(tmp_path, "core/room/c.c", "void c(void) {\n}\n")
+    assert check_circles(tmp_path) == []
+    write(tmp_path, "core/room/c.c", "void c(void) {\n    a_in();\n}\n")
+    (problem,) = check_circles(tmp_path)
+    assert "core/room/a, core/room/b, core/room/c" in problem.message
 
 
 def test_what_no_firmware_calls_is_not_the_cores(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 from lint.problem import Problem, tracked_files
@@ -33,7 +34,7 @@ FOR_TESTS = "[tests]"
 def check_callers(root: Path) -> list[Problem]:
     """Every name that a header declares and no one else uses."""
     texts = {path: (root / path).read_text() for path in tracked_files(root) if _is_code(path)}
-    words = {path: set(WORD.findall(_plain(text))) for path, text in texts.items()}
+    words = {path: set(WORD.findall(blanked(text))) for path, text in texts.items()}
     outside = _words_outside(root)
     problems = []
     for header in sorted(path for path in texts if path.suffix == ".h" and path != CODEC):
@@ -50,23 +51,23 @@ def check_callers(root: Path) -> list[Problem]:
 
 def declared(text: str) -> Iterator[tuple[str, int, str]]:
     """Names in a header, their lines, and what is noted about them: the header's comment and their own."""
-    plain = _plain(text)
+    text_only = blanked(text)
     head = COMMENT.search(text)
     comments = [(match.end(), match[0]) for match in COMMENT.finditer(text)]
     for pattern in (FUNCTION, TABLE):
-        for match in pattern.finditer(plain):
+        for match in pattern.finditer(text_only):
             at = match.start()
             own = [comment for end, comment in comments if end <= at and not text[end:at].strip()]
-            yield match["name"], plain.count("\n", 0, at) + 1, (head[0] if head else "") + "".join(own)
+            yield match["name"], text_only.count("\n", 0, at) + 1, (head[0] if head else "") + "".join(own)
 
 
 def is_used(name: str, header: Path, texts: dict[Path, str], words: dict[Path, set[str]]) -> bool:
     """In a file that neither defines nor declares it, or in an inline function of its header."""
-    if len(re.findall(rf"\b{name}\b", _plain(texts[header]))) > 1:
+    if len(re.findall(rf"\b{name}\b", blanked(texts[header]))) > 1:
         return True
     definition = re.compile(rf"^[A-Za-z_][^;{{}}=]*\b{name}(?:\([^;{{}}]*\)\s*\{{|(?:\[[^\]]*\])* =)", re.MULTILINE)
     return any(
-        name in found and path not in (header, SIGNATURES) and not definition.search(_plain(texts[path]))
+        name in found and path not in (header, SIGNATURES) and not definition.search(blanked(texts[path]))
         for path, found in words.items()
     )
 
@@ -80,7 +81,8 @@ def _words_outside(root: Path) -> set[str]:
     return {word for path in paths if path.suffix in (".py", ".c") for word in WORD.findall((root / path).read_text())}
 
 
-def _plain(text: str) -> str:
+@cache
+def blanked(text: str) -> str:
     """Without comments and strings, all else where it was."""
     blank = re.compile(f"{COMMENT.pattern}|{STRING.pattern}", re.DOTALL)
     return blank.sub(lambda match: re.sub(r"[^\n]", " ", match[0]), text)
