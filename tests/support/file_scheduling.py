@@ -6,7 +6,7 @@ compute: while one waits, another one computes, from the start to the end. Whoev
 
 from __future__ import annotations
 
-from pathlib import Path, PurePosixPath
+from pathlib import PurePosixPath
 
 from rings import TESTS, Ring, ring_of
 from xdist.scheduler import LoadScopeScheduling
