@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT
  * A parsed line: which words with which numbers, which codes in which modal groups. No meaning, no units, no
- * state. Private to core/gcode and its tests. [task] Pure. */
+ * state. For core/gcode, and for what reads programs in targets/sim. [task] Pure. */
 #ifndef WIFICNC_GCODE_BLOCK_H
 #define WIFICNC_GCODE_BLOCK_H
 
