@@ -129,8 +129,8 @@ web: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m web.build
 
 format: $(VENV)/.ready-dev
-	$(PY) -m ruff check --quiet --fix cli tools tests examples || true
-	$(PY) -m ruff format --quiet cli tools tests examples
+	$(PY) -m ruff check --quiet --fix cli conftest.py emulators tools tests examples || true
+	$(PY) -m ruff format --quiet cli conftest.py emulators tools tests examples
 	git ls-files '*.c' '*.h' | xargs $(VENV)/bin/clang-format -i
 
 clean:
@@ -140,5 +140,5 @@ distclean: clean
 	rm -rf $(VENV)
 
 # The newest stamp wins: tools/dev.py knows what it stands for.
-$(VENV)/.ready-dev: pyproject.toml
+$(VENV)/.ready-dev: pyproject.toml emulators/pyproject.toml
 	@$(DEV) setup --dev

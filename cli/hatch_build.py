@@ -20,8 +20,6 @@ CARRIED = (
     "platformio.ini",
     "protocol",
     "targets",
-    "tools/espsim",
-    "tools/mzsim",
 )
 # Read at wificnc/page (cli/wificnc/serve/page.py): `wificnc release` puts it at page/, `make web` at web/dist.
 PAGES = ("page", "web/dist")

@@ -16,6 +16,8 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
+PACKAGES = ("pyproject.toml", "emulators/pyproject.toml")  # of the command, and of the virtual chips
+TESTS = ("tests", "emulators/tests")
 OLDEST_PYTHON = (3, 10)
 COMPILERS = ("cc", "gcc", "clang")
 RUN_EXTRAS, DEV_EXTRAS = "plot", "plot,esp,dev"
@@ -120,7 +122,7 @@ def environment() -> dict[str, str]:
 def compile_tests(python: Path) -> None:
     """Before a first run, each file once, on all processors: pytest compiles tests for a minute, and each of its
     workers would, at the same time."""
-    files = sorted(ROOT.glob("tests/*/test_*.py"))
+    files = sorted(path for folder in TESTS for path in ROOT.glob(f"{folder}/*/test_*.py"))
     if next(ROOT.glob("tests/*/__pycache__/test_*-pytest-*.pyc"), None):
         return
     count = os.cpu_count() or 1
@@ -136,9 +138,9 @@ def python_of(venv: Path) -> Path:
 
 
 def set_up(venv: Path, *, dev: bool) -> None:
-    """The environment, unless it is as new as pyproject.toml. That with the tools has all of the other one."""
+    """The environment, unless it is as new as each pyproject.toml. That with the tools has all of the other one."""
     stamps = [venv / RUN_STAMP, venv / DEV_STAMP] if dev else [venv / RUN_STAMP]
-    if is_newer(stamps[-1], ROOT / "pyproject.toml"):
+    if all(is_newer(stamps[-1], ROOT / package) for package in PACKAGES):
         return
     create(venv)
     print(f"Installing WiFiCNC{' and its tools' * dev} into {os.path.relpath(venv, ROOT)} ...", flush=True)
@@ -169,7 +171,7 @@ def install(venv: Path, extras: str) -> None:
     words = ("install", "--quiet", "--disable-pip-version-check", "--no-compile")  # few of these modules are ever used
     pip: list[str | Path] = [python_of(venv), "-m", "pip", *words]
     run([*pip, "--upgrade", "pip"])  # Python's own takes twice the time to choose; where there is no newer one it does
-    if code := run([*pip, "-e", f".[{extras}]"]):
+    if code := run([*pip, "-e", f".[{extras}]", "-e", "./emulators"]):
         sys.exit(code)
 
 

@@ -6,9 +6,9 @@ import json
 import os
 import shutil
 
-import espsim.count
 import mips.count
 import pytest
+import xtensa_programs.count
 from bench.motion_cost import MIPS_BUDGET, XTENSA, XTENSA_BUDGET, here, on_mips, on_xtensa
 from slow import deep_but
 
@@ -31,7 +31,7 @@ def test_motion_keeps_its_budget_on_mips() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(espsim.count.not_here() != "", reason=espsim.count.not_here())
+@pytest.mark.skipif(xtensa_programs.count.not_here() != "", reason=xtensa_programs.count.not_here())
 @pytest.mark.parametrize("chip", deep_but("esp32".__eq__, XTENSA))  # the same code, of another clock
 def test_motion_keeps_its_budget_on_xtensa(chip: str) -> None:
     figures = on_xtensa(chip)

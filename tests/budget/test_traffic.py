@@ -5,12 +5,12 @@ from __future__ import annotations
 import os
 import shutil
 
-import espsim.count
 import mips.count
 import pytest
+import xtensa_programs.count
 from bench.measure import Figure
 from bench.traffic import buses, here, on_mips, on_xtensa
-from wificnc.chip.espsim import CPU_HZ, Chip
+from wificnc_chips.esp32 import CPU_HZ, Chip
 
 PART = 0.02  # of a core
 PIC32MZ_HZ = 200_000_000
@@ -40,7 +40,7 @@ def test_a_drive_is_at_most_two_per_cent_of_the_pic32mz() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(espsim.count.not_here() != "", reason=espsim.count.not_here())
+@pytest.mark.skipif(xtensa_programs.count.not_here() != "", reason=xtensa_programs.count.not_here())
 @pytest.mark.parametrize("chip", [Chip.ESP32, Chip.ESP32S3])
 def test_a_drive_and_drivers_are_at_most_two_per_cent_of_a_core(chip: Chip) -> None:
     """A board has one bus of drivers: the dearer one counts."""

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-HEAVY = ("wificnc.chip", "jinja2", "numpy", "matplotlib")  # the virtual chip, headers of firmware, pictures
+HEAVY = ("wificnc_chips", "jinja2", "numpy", "matplotlib")  # the virtual chip, headers of firmware, pictures
 SHOW = "import importlib, sys; importlib.import_module(sys.argv[1]); print(*sys.modules)"
 
 

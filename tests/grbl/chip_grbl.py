@@ -24,9 +24,8 @@ from grbl_host import HZ
 from numpy.typing import NDArray
 from step_accelerations import accelerations
 from wificnc.board.model import Board
-from wificnc.chip.image import Block
-from wificnc.chip.machine import motor_wire, wired_chip
-from wificnc.chip.virtual import STEP_DTYPE, pin_number
+from wificnc.build.image import Block
+from wificnc_chips.pic32mz import STEP_DTYPE, motor_wire, pin_number, wired_chip
 
 AXES = 3  # that the tests know of
 SERIAL_FACTOR = 16

@@ -19,7 +19,7 @@ from grbl_host import BANNER, Grbl
 from image_fixture import ALL_ON_CHIP, board, build, image
 from needs import BoardGrbl, is_needing, lack, loaded, needs_of
 from sample import sampled
-from wificnc.chip.wired import greet
+from wificnc_chips import greet
 
 __all__ = ["board", "build", "image"]
 

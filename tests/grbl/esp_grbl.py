@@ -21,9 +21,7 @@ from types import SimpleNamespace
 from chip_grbl import NUMBERS, RPM_MAX, RX_SIZE, START_ID, ChipGrbl, NotOnThisBoard
 from wificnc.board import paths
 from wificnc.board.load import load_board
-from wificnc.chip.esp_image import load_image
-from wificnc.chip.esp_machine import EspMachine, gpio
-from wificnc.chip.espsim import Stop
+from wificnc_chips.esp32 import EspMachine, Stop, gpio, load_image
 
 IMAGE = os.environ.get("WIFICNC_ESP_IMAGE", "")
 BOARD = os.environ.get("WIFICNC_ESP_BOARD", "esp32-wroom32")

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 from wificnc.board.model import Board
-from wificnc.chip.image import Block
-from wificnc.chip.machine import motor_wire, wired_chip
-from wificnc.chip.virtual import CPU_HZ, STEP_DTYPE, Stop, pin_number
+from wificnc.build.image import Block
+from wificnc_chips.pic32mz import CPU_HZ, STEP_DTYPE, Stop, motor_wire, pin_number, wired_chip
 
 BANNER = "\r\nGrbl 1.1h ['$' for help]\r\n"
 SLICE_S = 0.001

@@ -9,7 +9,7 @@ import pytest
 from chip_controller import Controller
 from image_fixture import board, build, image, laden_board, laden_image
 from wificnc.board.model import Board
-from wificnc.chip.image import Block
+from wificnc.build.image import Block
 
 __all__ = ["board", "build", "image", "laden_board", "laden_image"]
 

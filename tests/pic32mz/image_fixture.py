@@ -16,9 +16,9 @@ from wificnc.board.header import pin_header_text
 from wificnc.board.load import board_path, load_board
 from wificnc.board.model import Board
 from wificnc.build.checkout import checkout_root
+from wificnc.build.image import Block, read_hex
 from wificnc.build.mips import find_compiler
 from wificnc.build.pic32mz import Pic32Build, build_pic32mz
-from wificnc.chip.image import Block, read_hex
 from wificnc.errors import BuildError
 
 BOARD = "pic32mz2048efh100"

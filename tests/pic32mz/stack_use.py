@@ -4,8 +4,8 @@ all of them run on this stack."""
 from __future__ import annotations
 
 from chip_controller import Controller
+from wificnc.build.image import elf_symbols
 from wificnc.build.pic32mz import Pic32Build
-from wificnc.chip.image import elf_symbols
 
 STACK_BUDGET = 12 * 1024  # of 16 KB (targets/pic32mz/chip/pic32mz.ld)
 PAINT = 0xA5

@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from chip_controller import Controller
 from wificnc.board.model import Board
-from wificnc.chip.image import Block
-from wificnc.chip.machine import STORE_OFFSET, STORE_SIZE
+from wificnc.build.image import Block
+from wificnc_chips.pic32mz import STORE_OFFSET, STORE_SIZE
 
 SERIAL_FACTOR = 16  # what is long is the port's time: $$ and $#, and hundreds of lines
 

@@ -7,7 +7,7 @@ import struct
 import pytest
 from chip_controller import BANNER, Controller
 from wificnc.board.model import Board
-from wificnc.chip.image import Block
+from wificnc.build.image import Block
 
 PLACE = 0x1D1F3FF0  # of the application's reset vector, 16 bytes before the bootloader
 # lui t0, 0xBD1F; ori t0, t0, 0x3FF0; jr t0; nop

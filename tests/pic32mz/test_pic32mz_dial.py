@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pytest
 from chip_controller import Controller
 from wificnc.board.model import Board
-from wificnc.chip.image import Block
+from wificnc.build.image import Block
 
 pytestmark = pytest.mark.slow  # builds an image of its own; tests/dial has quick ones
 

@@ -8,8 +8,8 @@ import pytest
 from chip_grbl import ChipGrbl
 from drives import Drive, crc16, make_drive
 from wificnc.board.model import Board
-from wificnc.chip.image import Block
-from wificnc.chip.virtual import pin_number
+from wificnc.build.image import Block
+from wificnc_chips.pic32mz import pin_number
 
 SLICE_S = 0.0005
 FULL_RPM = 24000

@@ -14,12 +14,11 @@ from slow import cases_but, deep_but
 from store_pages import pages as stored_pages
 from wificnc.board.load import load_board
 from wificnc.board.model import Board
+from wificnc.build.image import Block, read_hex
 from wificnc.build.pic32mz import Pic32Build
-from wificnc.chip.image import Block, read_hex
-from wificnc.chip.job import as_axes, run_on_chip
-from wificnc.chip.machine import STORE_OFFSET, motor_wire
-from wificnc.chip.virtual import CPU_HZ, NO_PIN
 from wificnc.sim.run import SimOptions
+from wificnc_chips import as_axes, run_on_chip
+from wificnc_chips.pic32mz import CPU_HZ, NO_PIN, STORE_OFFSET, motor_wire
 
 pytestmark = pytest.mark.slow  # tests/grbl has quick ones
 

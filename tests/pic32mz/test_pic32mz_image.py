@@ -5,8 +5,8 @@ from __future__ import annotations
 import struct
 
 import pytest
+from wificnc.build.image import Block, elf_symbols, read_elf, read_hex, write_hex
 from wificnc.build.pic32mz import FLASH_BUDGET, RAM_BUDGET, Pic32Build
-from wificnc.chip.image import Block, elf_symbols, read_elf, read_hex, write_hex
 from wificnc.errors import BuildError
 
 CONFIG = 0x1FC0FFC0

@@ -9,10 +9,9 @@ from collections.abc import Callable, Iterator
 
 import pytest
 from wificnc.board.model import Board
+from wificnc.build.image import Block, elf_symbols
 from wificnc.build.pic32mz import Pic32Build
-from wificnc.chip.image import Block, elf_symbols
-from wificnc.chip.machine import wired_chip
-from wificnc.chip.virtual import Cpu, VirtualChip
+from wificnc_chips.pic32mz import Cpu, VirtualChip, wired_chip
 
 STACK, RETURN = 0x80070000, 0x80071000
 FLUSH = 0x01000000  # FCSR as the firmware has it

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 from chip_controller import Controller
 from numpy.typing import NDArray
-from wificnc.chip.virtual import CPU_HZ
 from wificnc.sim.run import SimOptions, simulate
+from wificnc_chips.pic32mz import CPU_HZ
 
 ROOT = Path(__file__).resolve().parents[2]
 SETTINGS = tuple(f"${base + axis}={value}" for base, value in ((110, 5000), (120, 500)) for axis in range(4))

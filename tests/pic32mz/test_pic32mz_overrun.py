@@ -7,7 +7,7 @@ import re
 import numpy as np
 import pytest
 from chip_controller import Controller
-from wificnc.chip.virtual import CPU_HZ
+from wificnc_chips.pic32mz import CPU_HZ
 
 LOST = re.compile(r"\[MSG:Bytes lost on the serial port: (\d+) times?\]\r\nerror:11\r\n")
 TOO_FAST = 2000  # times the baud rate: nine bytes come within an interrupt

@@ -11,9 +11,8 @@ from chip_controller import Controller, PowerIsOff
 from slow import deep_but
 from store_pages import full_page, pages, prepared
 from wificnc.board.model import Board
-from wificnc.chip.image import Block
-from wificnc.chip.machine import STORE_OFFSET, STORE_SIZE
-from wificnc.chip.virtual import FLASH_SIZE, Torn
+from wificnc.build.image import Block
+from wificnc_chips.pic32mz import FLASH_SIZE, STORE_OFFSET, STORE_SIZE, Torn
 
 __all__ = ["full_page"]
 

@@ -10,9 +10,8 @@ from image_fixture import ALL_ON_CHIP
 from slow import deep_but, slow_but
 from store_pages import SERIAL_FACTOR, full_page, pages, prepared
 from wificnc.board.model import Board
-from wificnc.chip.image import Block
-from wificnc.chip.machine import STORE_OFFSET
-from wificnc.chip.virtual import Torn
+from wificnc.build.image import Block
+from wificnc_chips.pic32mz import STORE_OFFSET, Torn
 
 __all__ = ["full_page"]
 

@@ -8,8 +8,8 @@ import pytest
 from chip_controller import Controller
 from image_fixture import PUMP_HZ
 from wificnc.board.model import Board
-from wificnc.chip.image import Block
-from wificnc.chip.virtual import CPU_HZ
+from wificnc.build.image import Block
+from wificnc_chips.pic32mz import CPU_HZ
 
 pytestmark = pytest.mark.slow  # builds an image of its own
 

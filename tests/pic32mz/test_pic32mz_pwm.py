@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import pytest
 from chip_controller import Controller
-from wificnc.chip.virtual import CPU_HZ
+from wificnc_chips.pic32mz import CPU_HZ
 
 TIMER_HZ = 50_000_000  # PBCLK3
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from chip_controller import BANNER, Controller
-from wificnc.chip.virtual import pin_number
+from wificnc_chips.pic32mz import pin_number
 
 CODE = 0x80070000  # RAM that the program does not use
 PWM_PIN = pin_number("RE3")

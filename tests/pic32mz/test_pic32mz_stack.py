@@ -5,8 +5,8 @@ from __future__ import annotations
 from chip_controller import BANNER, Controller
 from stack_use import DEEPEST, STACK_BUDGET, paint_stack, stack_used
 from wificnc.board.model import Board
+from wificnc.build.image import read_hex
 from wificnc.build.pic32mz import Pic32Build
-from wificnc.chip.image import read_hex
 
 
 def test_high_water_mark(board: Board, build: Pic32Build) -> None:

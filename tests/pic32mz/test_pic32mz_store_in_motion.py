@@ -11,8 +11,8 @@ from slow import deep_but
 from store_pages import full_page, prepared
 from test_pic32mz_motion import JITTER_NS, SETTINGS, chip_trace, host_trace
 from wificnc.board.model import Board
-from wificnc.chip.image import Block
-from wificnc.chip.virtual import CPU_HZ
+from wificnc.build.image import Block
+from wificnc_chips.pic32mz import CPU_HZ
 
 __all__ = ["full_page"]
 

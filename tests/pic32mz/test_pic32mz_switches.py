@@ -6,7 +6,7 @@ from itertools import pairwise
 
 import pytest
 from chip_controller import BANNER, Controller
-from wificnc.chip.virtual import CPU_HZ
+from wificnc_chips.pic32mz import CPU_HZ
 
 TRAVEL = 10_000  # steps between the switches, 40 mm
 

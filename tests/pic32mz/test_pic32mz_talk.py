@@ -5,8 +5,8 @@ from __future__ import annotations
 import pytest
 from chip_controller import BANNER, Controller
 from wificnc.board.model import Board
-from wificnc.chip.image import Block
-from wificnc.chip.virtual import CPU_HZ
+from wificnc.build.image import Block
+from wificnc_chips.pic32mz import CPU_HZ
 
 IRQ_CORE_TIMER = 0
 

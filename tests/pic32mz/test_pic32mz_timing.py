@@ -7,8 +7,8 @@ import pytest
 from chip_controller import Controller
 from slow import deep_but
 from wificnc.board.model import Board
-from wificnc.chip.image import Block
-from wificnc.chip.virtual import ESTIMATE, Timing
+from wificnc.build.image import Block
+from wificnc_chips.pic32mz import ESTIMATE, Timing
 
 TIMINGS = {f"{cycles} cycles": Timing(instruction=cycles) for cycles in (1.0, 1.5, 2.0)} | {"caches": ESTIMATE}
 MOVE = "G91G1X200Y199.5Z199A198.5F20000"  # 2.7 s, longer than the port takes for the requests below

@@ -12,8 +12,8 @@ from chip_controller import BANNER, Controller
 from fake_bootloader import FLASH, PAGE, FakeBootloader
 from wificnc.app import main
 from wificnc.board.model import Board
+from wificnc.build.image import Block, write_hex
 from wificnc.build.pic32mz import Pic32Build
-from wificnc.chip.image import Block, write_hex
 from wificnc.errors import Exit, FlashError
 from wificnc.flash.pic32mz import is_own
 from wificnc.flash.uhb import HidWire, flash, plan_pages

@@ -19,11 +19,11 @@ from test_pic32mz_libc import Caller, bits, halves, long_result, signed
 from test_pic32mz_motion import LINES, chip_trace, host_trace
 from wificnc.board.model import Board
 from wificnc.build.checkout import checkout_root
+from wificnc.build.image import elf_symbols, read_hex
 from wificnc.build.mips import COMPILER, find_compiler
 from wificnc.build.pic32mz import RAM_BUDGET, Pic32Build, build_pic32mz
-from wificnc.chip.image import elf_symbols, read_hex
-from wificnc.chip.machine import wired_chip
 from wificnc.errors import BuildError
+from wificnc_chips.pic32mz import wired_chip
 
 MAX_FLASH_BYTES = 320 * 1024  # clang has no -flto here that keeps the ABI, and its code for MIPS is larger
 Test = TypeVar("Test", bound=Callable[..., None])

@@ -59,7 +59,7 @@ def make_tree(root: Path) -> Tree:
     """What is tracked here, but one of two boards of a kind, as the one commit of a new repository; the same commit
     wherever it is made."""
     for name in tracked_files(ROOT):
-        if not name.startswith("tests/") and name != ONE_MORE:
+        if not name.startswith(("tests/", "emulators/tests/")) and name != ONE_MORE:
             (root / name).parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(ROOT / name, root / name)
     who = ["-c", "user.name=test", "-c", "user.email=test@example.invalid", "-c", "commit.gpgsign=false"]

@@ -7,19 +7,21 @@ import re
 from fnmatch import fnmatch
 
 import pytest
-from wificnc.build.checkout import checkout_root
+from rings import PLACES, ROOT, TESTS, files_of_tests, name_of
 
-ROOT = checkout_root()
-TESTS = ROOT / "tests"
 DEAR = {"pytest.mark.deep"}
 
 
 def test_no_folder_of_tests_is_left_out(pytestconfig: pytest.Config) -> None:
     """pytest leaves out folders by their names, without a word."""
-    folders = {part for path in TESTS.rglob("test_*.py") for part in path.relative_to(TESTS).parts[:-1]}
+    folders = {part for path in files_of_tests() for part in name_of(path).split("/")[:-1]}
     patterns = pytestconfig.getini("norecursedirs")
     assert "build" in folders
     assert [folder for folder in sorted(folders) for pattern in patterns if fnmatch(folder, pattern)] == []
+
+
+def test_both_places_are_collected(pytestconfig: pytest.Config) -> None:
+    assert pytestconfig.getini("testpaths") == [str(tests.relative_to(ROOT)) for tests in PLACES]
 
 
 def quick_tests(text: str) -> list[str]:
@@ -33,7 +35,7 @@ def quick_tests(text: str) -> list[str]:
 
 
 def test_every_folder_has_quick_tests() -> None:
-    folders = {path.parent for path in TESTS.rglob("test_*.py")} - {TESTS / "native" / "test_core"}
+    folders = {path.parent for path in files_of_tests()} - {TESTS / "native" / "test_core"}
     for folder in sorted(folders - {TESTS / "native"}):  # PlatformIO's, which tests/build runs
         found = [name for path in folder.glob("test_*.py") for name in quick_tests(path.read_text(encoding="utf-8"))]
         assert found, f"{folder.relative_to(ROOT)}: CI runs nothing of it"

@@ -88,11 +88,12 @@ def test_each_test_file_is_compiled_once_and_not_again(tmp_path: Path, monkeypat
     monkeypatch.setattr(dev, "ROOT", tmp_path)
     monkeypatch.setenv("PYTHONDONTWRITEBYTECODE", "1")  # as images of containers have it
     (tmp_path / "pytest.ini").touch()
-    for folder in "abc":
-        (tmp_path / "tests" / folder).mkdir(parents=True)
-        (tmp_path / "tests" / folder / f"test_{folder}.py").write_text("def test_it():\n    assert 1 + 1 == 2\n")
+    for folder in ("tests/a", "tests/b", "emulators/tests/c"):
+        test = tmp_path / folder / f"test_{folder[-1]}.py"
+        test.parent.mkdir(parents=True)
+        test.write_text("def test_it():\n    assert 1 + 1 == 2\n")
     dev.compile_tests(Path(sys.executable))
-    assert len(list(tmp_path.glob("tests/*/__pycache__/test_*-pytest-*.pyc"))) == 3
+    assert len(list(tmp_path.rglob("__pycache__/test_*-pytest-*.pyc"))) == 3
     monkeypatch.setattr("subprocess.Popen", lambda *_words, **_more: pytest.fail("compiled again"))
     dev.compile_tests(Path(sys.executable))
 
@@ -121,16 +122,21 @@ def test_what_is_ready_is_not_installed_again(tmp_path: Path, monkeypatch: pytes
     monkeypatch.setattr(dev, "create", lambda venv: venv.mkdir(exist_ok=True))
     monkeypatch.setattr(dev, "install", lambda venv, extras: installed.append(extras))
     monkeypatch.setenv("CC", "cc")
-    (tmp_path / "pyproject.toml").touch()
+    (tmp_path / "emulators").mkdir()
+    for package in dev.PACKAGES:
+        (tmp_path / package).touch()
     venv = tmp_path / ".venv"
     dev.set_up(venv, dev=True)
     dev.set_up(venv, dev=False)
     dev.set_up(venv, dev=True)
     assert installed == ["plot,esp,dev"]
-    newer = (venv / ".ready").stat().st_mtime + 10
-    os.utime(tmp_path / "pyproject.toml", (newer, newer))
-    dev.set_up(venv, dev=False)
-    assert installed == ["plot,esp,dev", "plot"]
+    for package in dev.PACKAGES:
+        installed.clear()
+        newer = (venv / ".ready").stat().st_mtime + 10
+        os.utime(tmp_path / package, (newer, newer))
+        dev.set_up(venv, dev=False)
+        assert installed == ["plot"]
+        os.utime(tmp_path / package, (0, 0))
 
 
 def test_a_compiler_comes_from_pypi_where_there_is_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 from file_scheduling import FileScheduling, waits
+from rings import ROOT, files_of_tests
 
 UNIT = ["tests/gcode/test_x.py::one", "tests/gcode/test_x.py::two", "tests/gcode/test_y.py::three"]
 
@@ -82,11 +83,10 @@ def test_a_scope_is_a_file_or_a_folder_that_shares_what_it_makes() -> None:
 def test_files_that_compile_into_one_folder_are_one_scope() -> None:
     """Two workers would read each other's half of a file: each that builds a program for Xtensa in build/."""
     scheduler = FileScheduling.__new__(FileScheduling)
-    root = Path(__file__).resolve().parents[2]
-    files = (path for path in (root / "tests").rglob("test_*.py") if path != Path(__file__).resolve())
+    files = (path for path in files_of_tests() if path != Path(__file__).resolve())
     builders = [path for path in files if "windows.missing(" in path.read_text()]
     scopes = {
-        str(path.relative_to(root)): scheduler._split_scope(f"{path.relative_to(root)}::test_x") for path in builders
+        str(path.relative_to(ROOT)): scheduler._split_scope(f"{path.relative_to(ROOT)}::test_x") for path in builders
     }
     own = {name for name in scopes if name.endswith("test_espsim_rom.py")}  # it compiles into a folder of its own
     assert {scope for name, scope in scopes.items() if name not in own} == {"tests/xtensa"}

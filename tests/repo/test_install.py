@@ -14,12 +14,13 @@ from wificnc.build.checkout import checkout_root
 
 ROOT = checkout_root()
 INSTALL = re.compile(r"(?:pip|pipx|uv|-m pip)\s+(?:install|tool install)[^`\n]*\bwificnc\b[^`\n]*")
+CHIPS = "wificnc[chips]"
 BUILD_TOOLS = ("pyproject.toml", "CHANGELOG.md", "tests/", ".github/", ".ci/", "tools/generate/install.py")
 
 
 def lines_of(text: str) -> list[str]:
-    """Commands that install the command; an editable checkout is none."""
-    return [found.strip() for found in INSTALL.findall(text) if " -e " not in found]
+    """Commands that install the command; an editable checkout is none, and CHIPS is for who has it."""
+    return [found.strip() for found in INSTALL.findall(text) if " -e " not in found and CHIPS not in found]
 
 
 @needs_git

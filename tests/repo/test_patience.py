@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 from patience import HANG_S
+from rings import files_of_tests, name_of
 from signals import ignored_signals, usual_signals
 
-TESTS = Path(__file__).resolve().parents[1]
 SHORT_S = 100.0
 # A number of seconds after which a test would fail, or give up.
 CAP = re.compile(
@@ -45,8 +45,8 @@ def short_caps(text: str) -> list[str]:
 
 
 def test_no_wait_ends_early() -> None:
-    for path in sorted(TESTS.rglob("*.py")):
-        name = path.relative_to(TESTS).as_posix()
+    for path in files_of_tests("*.py"):
+        name = name_of(path)
         if name in VIRTUAL or path == Path(__file__):
             continue
         paces = PACES.get(name, set())

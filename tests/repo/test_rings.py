@@ -18,7 +18,7 @@ from typing import Any
 
 import pytest
 from core_only import PROGRAMS, RefusedError, allow_again
-from rings import EXCEPTIONS, FOLDERS, TESTS, NoRingError, Ring, ring_of, ring_of_case
+from rings import EXCEPTIONS, FOLDERS, ROOT, TESTS, NoRingError, Ring, files_of_tests, name_of, ring_of, ring_of_case
 from stories import NO_BROWSER, STORIES
 from tools_here import needs_git
 
@@ -26,7 +26,7 @@ TICK_S = 0.01
 
 
 def test_each_folder_of_tests_has_one_ring() -> None:
-    folders = {path.relative_to(TESTS).parts[0] for path in TESTS.rglob("test_*.py")}
+    folders = {name_of(path).partition("/")[0] for path in files_of_tests()}
     named = [folder for ring in Ring for folder in FOLDERS[ring]]
     assert sorted(named) == sorted(folders)
 
@@ -34,6 +34,12 @@ def test_each_folder_of_tests_has_one_ring() -> None:
 def test_a_file_that_is_named_nowhere_is_an_error() -> None:
     with pytest.raises(NoRingError, match=r"new/test_new\.py: in which ring are its tests"):
         ring_of(TESTS / "new" / "test_new.py")
+
+
+def test_the_emulators_tests_have_rings_too() -> None:
+    assert ring_of(ROOT / "emulators" / "tests" / "espsim" / "test_espsim_cpu.py") is Ring.CHIPS
+    with pytest.raises(NoRingError, match="tests are in tests or emulators/tests"):
+        ring_of(ROOT / "cli" / "test_it.py")
 
 
 def test_each_exception_is_one() -> None:

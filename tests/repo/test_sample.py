@@ -40,7 +40,7 @@ def test_one_case_more_changes_at_most_one() -> None:
 def test_pytest_runs_the_sample(options: list[str], said: str, tmp_path: Path) -> None:
     """And says how many it left out."""
     tests = Path(__file__).parents[1]
-    (tmp_path / "conftest.py").write_bytes((tests / "conftest.py").read_bytes())
+    (tmp_path / "conftest.py").write_bytes((tests.parent / "conftest.py").read_bytes())
     (tmp_path / "pytest.ini").write_text(f"[pytest]\npythonpath = {tests / 'support'}\n", encoding="utf-8")
     many = "import pytest\ndeep = pytest.param(9, marks=pytest.mark.deep)\n"
     many += "@pytest.mark.alike(3)\n@pytest.mark.parametrize('n', [*range(9), deep])\ndef test_many(n):\n    pass\n"

@@ -29,7 +29,7 @@ def test_xfail():
 
 def outcome(folder: Path, text: str, value: str) -> tuple[int, str]:
     """Run a test file with this tree's conftest; exit code and output."""
-    (folder / "conftest.py").write_text((TESTS / "conftest.py").read_text())
+    (folder / "conftest.py").write_text((TESTS.parent / "conftest.py").read_text())
     (folder / "test_one.py").write_text(text)
     environment = {**os.environ, VARIABLE: value, "PYTHONPATH": str(TESTS / "support")}
     argv = [

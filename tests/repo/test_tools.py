@@ -43,7 +43,8 @@ PACKAGES = (
     "tools/motion",
     "tools/xtensa",
     "tools/mips",
-    "tools/espsim",
+    "emulators/wificnc_chips",
+    "emulators/xtensa_programs",
     "tools/pages",
     "tools/sizes",
     "tools/suite",
@@ -61,7 +62,8 @@ def tree(tmp_path: Path) -> Path:
         shutil.copy(ROOT / name, tmp_path / name)
     for package in PACKAGES:
         (tmp_path / package / "__init__.py").write_text('"""Doc."""\n')
-    (tmp_path / "tools" / "dev.py").write_text('"""Doc."""\n')
+    for module in ("tools/dev.py", "emulators/hatch_build.py"):
+        (tmp_path / module).write_text('"""Doc."""\n')
     return tmp_path
 
 
@@ -80,7 +82,7 @@ def test_tool_catches_a_violation(
 @pytest.mark.slow
 def test_generated_lint_finds_a_stale_file(tmp_path: Path) -> None:
     """The real generators in a copy of the tree, in which one output was edited by hand."""
-    for folder in ("boards", "cli", "core", "docs", "linuxcnc", "protocol", "targets", "tools", "web/src"):
+    for folder in ("boards", "cli", "core", "docs", "emulators", "linuxcnc", "protocol", "targets", "tools", "web/src"):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__", "*.png"))
     for name in ("README.md", "mkdocs.yml", "platformio.ini", "pyproject.toml"):
         shutil.copy(ROOT / name, tmp_path / name)

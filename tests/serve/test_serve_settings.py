@@ -8,11 +8,11 @@ from pathlib import Path
 import pytest
 from serve_peer import Peer
 from wificnc.board.load import load_board
-from wificnc.chip.serve import ChipServer
 from wificnc.errors import ServeError
 from wificnc.protocol.table import load_settings
 from wificnc.serve.options import Address, ServeOptions
 from wificnc.serve.server import Server
+from wificnc_chips import ChipServer
 
 CHIP = "pic32mz2048efh100"
 

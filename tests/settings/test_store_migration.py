@@ -17,9 +17,8 @@ from image_fixture import board, build, image
 from slow import deep_but
 from test_damaged_store import DAMAGED, SETTINGS, STARTUP, file_of, records, sealed
 from wificnc.board.model import Board
-from wificnc.chip.image import Block
-from wificnc.chip.machine import STORE_OFFSET, load_store
-from wificnc.chip.virtual import Torn
+from wificnc.build.image import Block
+from wificnc_chips.pic32mz import STORE_OFFSET, Torn, load_store
 
 __all__ = ["board", "build", "image"]
 

@@ -9,7 +9,7 @@ from grbl_host import BANNER, Grbl
 from image_fixture import ALL_ON_CHIP
 from state_machine import SITUATIONS, Pair
 from wificnc.board.model import Board
-from wificnc.chip.image import Block
+from wificnc.build.image import Block
 
 TABLE = load_states()
 NOT_THERE = {"hold_button", "start_button", "reset_button", "door_opens", "door_closes", "sender_lost"}

@@ -16,7 +16,7 @@ from xdist.workermanage import WorkerController
 WHOLE = {f"tests/{name}" for name in ("build", "esp32", "mips", "pic32mz", "release", "xtensa")}
 
 # Files that compile into the folder of another one's tests.
-WITH = {f"tests/espsim/test_espsim_{name}.py": "tests/xtensa" for name in ("cable", "cores", "engines")}
+WITH = {f"emulators/tests/espsim/test_espsim_{name}.py": "tests/xtensa" for name in ("cable", "cores", "engines")}
 
 
 def waits(scope: str) -> bool:

@@ -201,5 +201,3 @@ def _store(path: Path, types: dict[str, Any]) -> None:
 
 HOST = Layouts("host", FOLDERS, HEADERS)
 LINUXCNC = Layouts("linuxcnc", ["linuxcnc"], ["linuxcnc", "core"])
-VIRTUAL_CHIP = Layouts("mzsim", ["tools/mzsim"], ["tools/mzsim"])
-VIRTUAL_ESP32 = Layouts("espsim", ["tools/espsim"], ["tools/espsim"])

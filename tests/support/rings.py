@@ -15,7 +15,9 @@ from pathlib import Path
 
 import pytest
 
-TESTS = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
+TESTS = ROOT / "tests"
+PLACES = (TESTS, ROOT / "emulators" / "tests")  # no folder of one has a name of the other's
 
 
 class Ring(Enum):
@@ -31,7 +33,10 @@ FOLDERS = {
         *("boards", "check", "cli", "dial", "drivers", "fluidnc", "fuzz", "gcode", "grbl", "kinematics", "link"),
         *("machine", "motion", "oracle", "repo", "settings", "sim", "spindle", "states", "tune", "wire"),
     ),
-    Ring.CHIPS: ("budget", "build", "esp32", "espsim", "mips", "mzsim", "native", "pic32mz", "release", "xtensa"),
+    Ring.CHIPS: (
+        *("budget", "build", "esp32", "mips", "native", "pic32mz", "release", "xtensa"),
+        *("espsim", "interface", "mzsim"),  # of emulators/tests
+    ),
     Ring.REALTIME: ("linuxcnc", "senders", "serve", "web"),
 }
 
@@ -106,10 +111,23 @@ class NoRingError(pytest.UsageError):
     """A test file of which this table says nothing."""
 
 
+def files_of_tests(pattern: str = "test_*.py") -> list[Path]:
+    """All files of tests, or those of this pattern."""
+    return sorted(path for tests in PLACES for path in tests.rglob(pattern))
+
+
+def name_of(path: Path) -> str:
+    """Of a file of tests, as this table has it: FOLDER/FILE. Raises NoRingError."""
+    for tests in PLACES:
+        if path.is_relative_to(tests):
+            return path.relative_to(tests).as_posix()
+    raise NoRingError(f"{path}: tests are in {' or '.join(str(tests.relative_to(ROOT)) for tests in PLACES)}")
+
+
 @cache
 def ring_of(path: Path, test: str = "") -> Ring:
     """Of a file of tests, or of the function in it. Raises NoRingError."""
-    file = path.relative_to(TESTS).as_posix()
+    file = name_of(path)
     for name in (f"{file}::{test}", file):
         named = [ring for ring, names in EXCEPTIONS.items() if name in names]
         if named:
@@ -124,7 +142,7 @@ def ring_of(path: Path, test: str = "") -> Ring:
 def mark_rings(items: Iterable[pytest.Item]) -> None:
     """Each test gets the marker of its ring. Raises NoRingError."""
     for item in items:
-        if not item.path.is_relative_to(TESTS):
+        if not any(map(item.path.is_relative_to, PLACES)):
             continue  # a test of a test, elsewhere
         item.add_marker(getattr(pytest.mark, ring_of_case(item).value))
 

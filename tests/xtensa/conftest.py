@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 from on_chip import JOB
-from wificnc.chip.espsim import Chip, VirtualChip
+from wificnc_chips.esp32 import Chip, VirtualChip
 from xtensa.toolchain import NoToolchainError, Toolchain, find_toolchain
 
 

@@ -12,7 +12,7 @@ import pytest
 from slow import deep_but
 from wificnc.board.load import load_board
 from wificnc.board.model import Board
-from wificnc.chip.esp_image import RADIO_MARK
+from wificnc_chips.esp32 import RADIO_MARK
 from xtensa.compile import (
     Object,
     board_sources,

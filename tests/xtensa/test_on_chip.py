@@ -1,6 +1,6 @@
 """The core and the ESP32's step engine on the virtual chip: what leaves the pins, compared with the PC's.
 
-Here and not in tests/espsim, as it links the objects that this folder's tests compile.
+Here and not in emulators/tests, as it links the objects that this folder's tests compile.
 """
 
 from __future__ import annotations
@@ -15,14 +15,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from chip_steps import LATE_TASK_NS, assert_steps_in_time
-from espsim.program import BOARDS, Program, build
 from numpy.typing import NDArray
 from slow import slow_but
-from wificnc.chip.espsim import CPU_HZ, Chip, ChipFault, VirtualChip
 from wificnc.sim.run import SimOptions, simulate
+from wificnc_chips import ChipFault
+from wificnc_chips.esp32 import CPU_HZ, Chip, VirtualChip
 from xtensa import windows
 from xtensa.stack import RESERVE
 from xtensa.toolchain import NoToolchainError, Toolchain, find_toolchain
+from xtensa_programs.program import BOARDS, Program, build
 
 TASK_MAP = Path(__file__).parents[2] / "targets/esp32/app/task_map.h"
 

@@ -1,5 +1,5 @@
 """`--on-chip` and `--verify-boot` of a board with an ESP32, with an image that has our core and step engine in it, and
-speaks at UART 0: tests/espsim/talk. Here, as it links the objects that this folder's tests compile."""
+speaks at UART 0: emulators/tests/espsim/talk. Here, as it links the objects that this folder's tests compile."""
 
 from __future__ import annotations
 
@@ -18,12 +18,10 @@ import talking
 from on_chip import wificnc
 from patience import HANG_S
 from wificnc.board.load import load_board
-from wificnc.chip.esp_image import load_image
-from wificnc.chip.esp_machine import EspMachine
-from wificnc.chip.slirp import has_slirp
-from wificnc.chip.wired import greet
 from wificnc.errors import Exit
 from wificnc.sim.run import SimOptions, simulate
+from wificnc_chips import greet, has_slirp
+from wificnc_chips.esp32 import EspMachine, load_image
 from xtensa import windows
 from xtensa.toolchain import Toolchain
 
@@ -125,7 +123,7 @@ def test_pins_as_csv_and_vcd(build: Path, job: Path, tmp_path: Path) -> None:
     assert vcd.partition("$dumpvars")[2].partition("$end")[2].count(f"1{chr(33 + 25)}\n") == 250
 
 
-@pytest.mark.deep  # an image of its own; tests/espsim has its steps
+@pytest.mark.deep  # an image of its own; test_espsim_engines.py has its steps
 def test_a_job_leaves_by_shift_registers(shifted: Path, job: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Both ways of both axes: registers come up with all outputs high, and a direction that stays so has no edge."""
     job.write_text("G21G91\nG1X-2Y1F900\nX2Y-1\nX1\n")

@@ -9,11 +9,9 @@ import pytest
 import talking
 from on_chip import wificnc
 from wificnc.board.load import load_board
-from wificnc.chip.esp_image import load_image
-from wificnc.chip.esp_machine import EspMachine
-from wificnc.chip.espsim import Chip
-from wificnc.chip.wired import greet, pin_numbers
 from wificnc.errors import Exit
+from wificnc_chips import greet, pin_numbers
+from wificnc_chips.esp32 import Chip, EspMachine, load_image
 from xtensa import windows
 from xtensa.toolchain import Toolchain
 

@@ -8,11 +8,9 @@ import sys
 import time
 
 from wificnc.board.load import load_board
+from wificnc.build.image import Block
 from wificnc.build.mips import COMPILER
-from wificnc.build.mzsim import ensure_mzsim_library
-from wificnc.chip.image import Block
-from wificnc.chip.machine import board_image, wired_chip
-from wificnc.chip.virtual import VirtualChip, load_mzsim
+from wificnc_chips.pic32mz import VirtualChip, board_image, wired_chip
 
 from bench.__main__ import show
 from bench.measure import Figure
@@ -42,7 +40,7 @@ def rate(chip: VirtualChip, seconds: float) -> float:
 
 def loop() -> Figure:
     image = [Block(address, struct.pack(f"<{len(code)}I", *code)) for address, code in PLACES.items()]
-    with VirtualChip(load_mzsim(ensure_mzsim_library()), image) as chip:
+    with VirtualChip(image) as chip:
         return Figure("a loop", max(rate(chip, 0.5) for _ in range(3)), "M instructions/s", 200, at_least=True)
 
 

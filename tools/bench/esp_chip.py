@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 import time
 
-from wificnc.chip.espsim import Chip, Cpu, VirtualChip
+from wificnc_chips.esp32 import Chip, Cpu, VirtualChip
 
 from bench import esp_steps
 from bench.__main__ import show

@@ -10,13 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from espsim.program import BOARDS, ROOT, Program, build
 from numpy.typing import NDArray
 from wificnc.build.esp32 import configuration_lines
-from wificnc.chip.espsim import CPU_HZ, Chip, Core, Level, VirtualChip
 from wificnc.sim.run import SimOptions, simulate
+from wificnc_chips.esp32 import CPU_HZ, Chip, Core, Level, VirtualChip
 from xtensa import windows
 from xtensa.toolchain import NoToolchainError, find_toolchain
+from xtensa_programs.program import BOARDS, ROOT, Program, build
 
 METHOD = """
 Our core, step engine and both tasks' loops on both cores of the virtual chip, without FreeRTOS and ESP-IDF, flash by

@@ -14,11 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 from wificnc.board.load import load_board
 from wificnc.build.mips import COMPILER
-from wificnc.chip.machine import board_image, motor_wire, wired_chip
-from wificnc.chip.virtual import ESTIMATE, VirtualChip, pin_number
 from wificnc.serve.options import Address, ServeOptions
 from wificnc.serve.server import Server
 from wificnc.sim.run import SimOptions, simulate
+from wificnc_chips.pic32mz import ESTIMATE, VirtualChip, board_image, motor_wire, pin_number, wired_chip
 
 METHOD = """
 PIC32MZ: the board's image in the virtual chip with the model of caches and buses (docs/pic32mz.md), 20 moments each,

@@ -8,10 +8,10 @@ from dataclasses import replace
 from itertools import islice
 from pathlib import Path
 
-import espsim.count
 import mips.count
-from wificnc.chip.espsim import Chip
+import xtensa_programs.count
 from wificnc.machine import load_machine
+from wificnc_chips.esp32 import Chip
 
 from bench.callgrind import Profile
 from bench.jobs import HEAD, chopped_circle, relief
@@ -23,7 +23,7 @@ circle in chords of 0.016 mm, with the settings of examples/machines/baseline.to
 and core/segment; spans: core/step/prep.c; with the library functions that they call. Longest calls: of motion_poll(),
 which makes batches in portions, and of prep_poll(), which cuts them. Here by callgrind, on MIPS by QEMU's user mode
 with a plugin that counts (tools/mips/count.py): optimised as the firmware, 4 axes; the step interrupt is counted by
-make bench-chip. On Xtensa in the virtual ESP32 and ESP32-S3 (tools/espsim/count.py): LLVM's code at -O2, 4 axes."""
+make bench-chip. On Xtensa in the virtual ESP32 and ESP32-S3 (xtensa_programs/count.py): LLVM's code at -O2, 4 axes."""
 
 MIPS_BUDGET = ROOT / "tests" / "budget" / "mips.json"
 XTENSA_BUDGET = ROOT / "tests" / "budget" / "xtensa_motion.json"
@@ -93,7 +93,7 @@ def on_xtensa(chip: str) -> list[Figure]:
     """Instructions of a chip's processor. Raises RuntimeError when a job has errors. @param chip  of XTENSA"""
     figures, longest = [], dict.fromkeys(LONGEST, 0)
     for name, job in write_jobs(BUILD / "cost").items():
-        count = espsim.count.count_job(XTENSA[chip], job, settings())
+        count = xtensa_programs.count.count_job(XTENSA[chip], job, settings())
         figures += _figures(name, count.blocks, count.motion, count.spans / count.steps)
         longest = {function: max(most, count.longest[function]) for function, most in longest.items()}
     return _budgeted([*figures, *_longest(longest)], json.loads(XTENSA_BUDGET.read_text())[chip])
@@ -117,7 +117,7 @@ def _budgeted(figures: list[Figure], budget: dict[str, int]) -> list[Figure]:
 def report() -> list[tuple[str, list[Figure]]]:
     """A heading and the figures below it."""
     found = [(METHOD, here())]
-    no_mips, no_xtensa = mips.count.not_here(), espsim.count.not_here()
+    no_mips, no_xtensa = mips.count.not_here(), xtensa_programs.count.not_here()
     found.append((f"On MIPS: not measured; {no_mips}", []) if no_mips else ("On MIPS:", on_mips()))
     for chip in XTENSA:
         if no_xtensa:

@@ -7,9 +7,9 @@ import time
 from pathlib import Path
 
 from wificnc.board.load import load_board
-from wificnc.chip.job import ChipResult, Pace, run_on_chip
 from wificnc.errors import UserError
 from wificnc.sim.run import SimOptions
+from wificnc_chips import ChipResult, Pace, run_on_chip
 
 ROOT = Path(__file__).resolve().parents[2]
 BOARD = "pic32mz2048efh100"

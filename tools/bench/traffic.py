@@ -10,18 +10,18 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-import espsim.count
 import mips.count
-from espsim import bare
-from espsim import code as c
-from espsim.program import PS_UM, PS_WOE, STACK_BASE, START
+import xtensa_programs.count
 from mips.count import FLAGS, FUNCTION
 from mips.emulate import PROCESSOR, QEMU, compile_files
 from wificnc.build.host import build_program
 from wificnc.build.mips import COMPILER
-from wificnc.chip.espsim import CPU_HZ, Chip, Cpu, VirtualChip
 from wificnc.protocol.vfd import load_vfds
+from wificnc_chips.esp32 import CPU_HZ, Chip, Cpu, VirtualChip
 from xtensa.toolchain import find_toolchain
+from xtensa_programs import bare
+from xtensa_programs import code as c
+from xtensa_programs.program import BARE, PS_UM, PS_WOE, STACK_BASE, START
 
 from bench.callgrind import parse_callgrind
 from bench.measure import BUILD, ROOT, Figure, cost_of
@@ -93,7 +93,7 @@ def on_xtensa(chip: Chip) -> list[Figure]:
     name = bare.PLACES[chip].name
     sources = [path for folder in FOLDERS for path in sorted((ROOT / "core" / folder).glob("*.c"))]
     sources.append(ROOT / "targets" / "pic32mz" / "libc" / "math.c")
-    own = [SOURCE, ROOT / "tests" / "espsim" / "bare" / "runtime.c"]
+    own = [SOURCE, BARE / "runtime.c"]
     program = bare.build(find_toolchain(), ROOT, chip, sources, own, ROOT / "build" / "espsim" / f"{name}-traffic")
 
     def second(kind: str, what: int) -> float:
@@ -152,7 +152,7 @@ def _mips_table(layout: str) -> str:
 
 
 def _start(chip: VirtualChip, kind: Chip) -> None:
-    """As Program of espsim/program.py, without interrupts."""
+    """As Program of xtensa_programs/program.py, without interrupts."""
     vectors = bare.PLACES[kind].vectors
     chip.write(vectors, c.window_vectors())
     loaded = chip.cpu()
@@ -172,6 +172,6 @@ def report() -> list[tuple[str, list[Figure]]]:
     found = [(METHOD, here())]
     if not mips.count.not_here():
         found.append(("On MIPS:", on_mips()))
-    if not espsim.count.not_here():
+    if not xtensa_programs.count.not_here():
         found += [(f"On the {bare.PLACES[chip].name}:", on_xtensa(chip)) for chip in (Chip.ESP32, Chip.ESP32S3)]
     return found

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from lint.problem import Problem, source_files
 
-FOLDERS = ("cli",)
+FOLDERS = ("cli/", "emulators/wificnc_chips/")
 PROCESSES = ("run", "Popen", "check_output")
 NO_FILES = ("os", "tarfile", "zipfile")  # modules whose open() opens something else
 POSITIONS = {"read_text": 0, "write_text": 1}  # where the encoding is, by position
@@ -16,7 +16,7 @@ POSITIONS = {"read_text": 0, "write_text": 1}  # where the encoding is, by posit
 
 def check_encodings(root: Path) -> list[Problem]:
     """All Python files that users run."""
-    paths = [path for path in source_files(root, ".py") if path.parts[0] in FOLDERS]
+    paths = [path for path in source_files(root, ".py") if path.as_posix().startswith(FOLDERS)]
     return [problem for path in paths for problem in check_text(path, (root / path).read_text(encoding="utf-8"))]
 
 

@@ -60,6 +60,7 @@ RULES = (
     _rule(r"\bis sure\b|\bto its end\b|\bthe way back\b", "passed, until it ends, prepare resume", for_comments=False),
 )  # fmt: skip
 
+COMMENTED = ("core", "targets", "linuxcnc", "cli", "emulators", "tools", "web", "protocol", "boards", "tests")
 RULES_AND_THEIR_TEST = (Path("tools/lint/english.py"), Path("tests/repo/test_english.py"))
 CODE_SPAN = re.compile(r"`[^`]*`")
 FENCE = re.compile(r"^\s*```")
@@ -94,13 +95,13 @@ def is_user_visible(path: Path) -> bool:
     if path.suffix in (".c", ".h"):
         return parts[0] in ("core", "targets", "linuxcnc")
     if path.suffix == ".py":
-        return parts[0] == "cli"
+        return parts[0] == "cli" or parts[:2] == ("emulators", "wificnc_chips")
     return parts[:2] == ("web", "src") and path.suffix in (".ts", ".tsx")
 
 
 def has_comments(path: Path) -> bool:
     """Whether comments of this file are checked: sources of all that is built, their tables, and tests."""
-    if path.parts[0] not in ("core", "targets", "linuxcnc", "cli", "tools", "web", "protocol", "boards", "tests"):
+    if path.parts[0] not in COMMENTED:
         return False
     if path in RULES_AND_THEIR_TEST or path.parts[:2] == ("tools", "generate"):
         return False
@@ -112,7 +113,7 @@ def has_comments(path: Path) -> bool:
 def check_comments(path: Path, text: str) -> list[Problem]:
     """The rules for comments over one file, and over messages of a test."""
     found = []
-    messages = _test_messages(text) if path.parts[0] == "tests" and path.suffix == ".py" else ()
+    messages = _test_messages(text) if "tests" in path.parts[:2] and path.suffix == ".py" else ()
     for line, comment in (*_comments(path.suffix, text), *messages):
         words = CODE_SPAN.sub("", NEXT_LINE.sub(" ", comment))
         for rule in RULES:

@@ -33,11 +33,11 @@ CPPCHECK = (
     "--quiet",
     "--template={file}:{line}: {severity}: {message} [{id}]",
 )
-PYTHON = ("cli", "tools", "tests", "examples")
+PYTHON = ("cli", "conftest.py", "emulators", "tools", "tests", "examples")
 HAL_PROGRAM = "linuxcnc/wificnc.c"  # needs LinuxCNC's headers: tests/linuxcnc builds it by halcompile, with warnings
 NEWEST_CLANG, OLDEST_CLANG = 40, 15  # releases that are looked for
 FOREIGN = PLATFORMS["windows-x86_64"]  # compiles the sources that Linux and macOS do not
-COMPILED = (*(f"{path}/" for path in SOURCES), "tools/bench/", "tools/mzsim/", "tools/espsim/")
+COMPILED = (*(f"{path}/" for path in SOURCES), "tools/bench/", "emulators/wificnc_chips/")
 
 
 def check_ruff(root: Path) -> list[Problem]:
@@ -54,7 +54,7 @@ def check_mypy(root: Path) -> list[Problem]:
     here = run_tool(root, [*module("mypy"), "--no-error-summary"])
     # A cache of its own: mypy throws away one that another platform made.
     other = ("--platform", "win32", "--cache-dir", ".mypy_cache/win32")
-    windows = run_tool(root, [*module("mypy"), "--no-error-summary", *other, "cli/wificnc"])
+    windows = run_tool(root, [*module("mypy"), "--no-error-summary", *other, "cli/wificnc", "emulators/wificnc_chips"])
     return sorted({*here, *windows})
 
 

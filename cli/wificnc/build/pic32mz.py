@@ -19,11 +19,11 @@ from wificnc.board.model import Board
 from wificnc.build.checkout import checkout_root
 from wificnc.build.compiler import compiler_stamp, identify_compiler
 from wificnc.build.frames import LARGER, firmware_limit, frame_flags, frame_limit
+from wificnc.build.image import elf_symbols, read_elf, write_hex
 from wificnc.build.lock import build_lock
 from wificnc.build.mips import Choice, MipsCompiler, find_compiler, include_flags
 from wificnc.build.objects import Unit, compile_stale, failure, is_older
 from wificnc.checked.jsonfile import read_json
-from wificnc.chip.image import elf_symbols, read_elf, write_hex
 
 FOLDERS = ("core", "targets/chip", "targets/pic32mz")  # sources, and where headers are looked for
 LINKER_SCRIPT = Path("targets/pic32mz/chip/pic32mz.ld")

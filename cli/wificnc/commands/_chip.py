@@ -1,4 +1,7 @@
-"""`--on-chip [IMAGE]` of the commands that run a board's real image."""
+"""`--on-chip [IMAGE]` of the commands that run a board's real image, and whether the virtual chips are installed.
+
+They are another package, wificnc-chips (emulators/), which is imported only when a command needs it.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +10,11 @@ from pathlib import Path
 from typing import TypeVar
 
 import rich_click as click
+
+from wificnc import __version__
+from wificnc.errors import UserError
+
+INSTALL = "pip install 'wificnc[chips]'"
 
 F = TypeVar("F", bound=Callable[..., object])
 
@@ -26,3 +34,16 @@ def on_chip_option(what: str) -> Callable[[F], F]:
 def chip_image(value: str) -> Path | None:
     """Raises nothing: what is not there is refused by who reads it."""
     return Path(value) if value else None
+
+
+def require_chips(what: str) -> None:
+    """Raises UserError unless the virtual chips are installed, of this version. @param what  needs them"""
+    try:
+        import wificnc_chips
+    except ModuleNotFoundError as err:
+        if err.name != "wificnc_chips":
+            raise
+        raise UserError(f"{what} needs the virtual chips: {INSTALL}") from err
+    if wificnc_chips.__version__ != __version__:
+        found = f"the virtual chips are of version {wificnc_chips.__version__}, and wificnc is {__version__}"
+        raise UserError(found, hint=f"{INSTALL} --upgrade")

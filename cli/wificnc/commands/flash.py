@@ -17,7 +17,7 @@ from wificnc.board.load import load_board
 from wificnc.board.model import Board
 from wificnc.build.esp32 import SIGNATURE
 from wificnc.build.signing import raw_signature
-from wificnc.chip.verify import verify_boot as boots
+from wificnc.commands._chip import require_chips
 from wificnc.commands._finite import FiniteRange
 from wificnc.commands._port import connected, port_option, progress_bars
 from wificnc.commands._secret import READ, Secret
@@ -131,11 +131,14 @@ def check_options(ctx: click.Context, target: str, ota_host: str | None) -> None
 
 def try_out(board: Board, folder: Path) -> None:
     """In the virtual chip. Raises FlashError: it fails there, or is no build; BuildError: no such chip is here."""
+    require_chips("--verify-boot")
+    from wificnc_chips import verify_boot
+
     if board.target == "esp32":
         load_regions(folder, board, esp32_partitions())
     elif board.target == "pic32mz":
         read_image(board, folder / "wificnc.hex")
-    done = boots(board, folder)
+    done = verify_boot(board, folder)
     ui.note(f"boots     in the virtual chip: {done.banner} {done.version}, {done.events} exact step events of a G1")
 
 

@@ -15,7 +15,7 @@ from rich.markup import escape
 from wificnc import __version__, ui
 from wificnc.board.load import load_board
 from wificnc.board.model import Board
-from wificnc.commands._chip import chip_image, on_chip_option
+from wificnc.commands._chip import chip_image, on_chip_option, require_chips
 from wificnc.commands._secret import ASKED, Secret
 from wificnc.errors import ServeError, UserError
 from wificnc.link.access import KEY_MAX, make_key, normal_key
@@ -37,7 +37,7 @@ from wificnc.serve.server import ClientEvent, Server
 from wificnc.sim.run import check_axes, parse_setting
 
 if TYPE_CHECKING:
-    from wificnc.chip.serve import ChipServer
+    from wificnc_chips import ChipServer
 
 NOWHERE = Address("127.0.0.1", 0)  # of the controller, when only the page is to be found
 
@@ -151,6 +151,8 @@ def _chip(board: Board, on_chip: str | None, network: str | None) -> dict[str, A
     virtual = on_chip is not None or board.target == "pic32mz"
     if network and not virtual:
         raise UserError("--network is of an image that runs in the virtual chip", hint="add --on-chip")
+    if virtual:
+        require_chips(f"the image of {board.id}" if on_chip is None else "--on-chip")
     return {"board": board, "on_chip": virtual, "image": chip_image(on_chip or ""), "network": network}
 
 
@@ -251,7 +253,7 @@ def _server(options: ServeOptions) -> Server | ChipServer:
     """A board with a chip that can be had virtually runs its own image, every other one the host's controller."""
     if not options.on_chip:
         return Server(options)
-    from wificnc.chip.serve import ChipServer  # a tenth of a second, which a server without a chip need not take
+    from wificnc_chips import ChipServer
 
     return ChipServer(options)
 

@@ -11,7 +11,7 @@ from rich.table import Table
 
 from wificnc import ui
 from wificnc.board.load import load_board
-from wificnc.commands._chip import chip_image, on_chip_option
+from wificnc.commands._chip import chip_image, on_chip_option, require_chips
 from wificnc.commands._finite import FiniteRange
 from wificnc.commands._output import OutputFile
 from wificnc.commands._program import max_lines_option, progress_bar
@@ -24,7 +24,7 @@ from wificnc.sim.report import AXIS_COLUMNS, axis_rows, error_line, laser_warnin
 from wificnc.sim.run import SimOptions, check_axes, parse_setting, simulate
 
 if TYPE_CHECKING:
-    from wificnc.chip.job import ChipResult
+    from wificnc_chips import ChipResult
 
 ERRORS_SHOWN = 20
 
@@ -80,7 +80,8 @@ def command(
 
 def _run_on_chip(options: SimOptions, image: Path | None) -> bool:
     """@param image  None: what was built. @return whether no line was refused and every step is the host's"""
-    from wificnc.chip.job import run_on_chip  # a tenth of a second, which a simulation without a chip need not take
+    require_chips("--on-chip")
+    from wificnc_chips import run_on_chip
 
     board = load_board(options.board)
     profile = load_machine(options.machine) if options.machine else None

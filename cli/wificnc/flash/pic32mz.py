@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import ClassVar
 
 from wificnc.board.model import Board
-from wificnc.chip.image import Block, read_hex
+from wificnc.build.image import Block, read_hex
 from wificnc.errors import BuildError, FlashError
 
 Which = Callable[[str], str | None]

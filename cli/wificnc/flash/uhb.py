@@ -24,7 +24,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
-from wificnc.chip.image import Block
+from wificnc.build.image import Block
 from wificnc.errors import FlashError
 
 VENDOR, PRODUCT = 0x1234, 0x0001

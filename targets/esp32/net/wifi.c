@@ -25,7 +25,7 @@ const char *wifi_own_password(void) {
 }
 
 /* A virtual chip has no radio and answers this function in its place. It finds the address in the image,
- * behind these words (cli/wificnc/chip/esp_image.py), as an image without its ELF file has no names. */
+ * behind these words (emulators/wificnc_chips/esp32/image.py), as an image without its ELF file has no names. */
 static esp_err_t start_radio(const wifi_init_config_t *config) {
     struct radio {
         char mark[16];
