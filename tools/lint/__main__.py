@@ -12,6 +12,7 @@ from pathlib import Path
 from lint import external
 from lint.callers import check_callers
 from lint.changes import check_changes
+from lint.chips import check_chips
 from lint.circles import check_circles, check_firmware
 from lint.copies import check_copies
 from lint.encodings import check_encodings
@@ -31,6 +32,7 @@ LINTS: dict[str, tuple[str, Lint]] = {
     "circles": ("files that call back are few", check_circles),
     "firmware": ("a firmware calls each file", check_firmware),
     "house": ("sizes, file heads, leftovers", check_house),
+    "chips": ("virtual chips by their interface", check_chips),
     "changes": ("changes for users, two sentences", check_changes),
     "copies": ("large structures stay where they are", check_copies),
     "encodings": ("text of files is UTF-8", check_encodings),
