@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import venv
+import zipfile
 from pathlib import Path
 
 import pytest
@@ -16,6 +17,7 @@ from patience import BUILD_S
 from quick_compiler import quick_compiler
 from release_tree import ESP32_BOARDS, PAGE, PIC32MZ_BOARD, ROOT, Tree
 from wificnc import __version__
+from wificnc.errors import Exit
 from wificnc.flash.device import open_device
 from wificnc.flash.plan import Region
 from wificnc.linuxcnc.source import FILE_NAME, component_source
@@ -69,6 +71,29 @@ def test_boards_and_flash_need_no_checkout(installed: Path, tmp_path: Path, tree
         said = wificnc(installed, tmp_path, "flash", board, "--dry-run").splitlines()
         assert [line.split()[0] for line in said[:4]] == [at, "0x008000", "0x00F000", "0x020000"]
     assert not (tmp_path / "cache").exists()  # nothing had to be built for that
+
+
+def test_the_virtual_chips_come_as_another_wheel(installed: Path, dist: Path, tmp_path: Path) -> None:
+    """Without them, what needs them names them. A wheel of them alone is found by the command that is there."""
+    (tmp_path / "part.nc").write_text("G1X1F600\n")
+    command = [str(installed), "sim", "part.nc", "--board", PIC32MZ_BOARD, "--on-chip"]
+    run = subprocess.run(
+        command, cwd=tmp_path, env=clean_environment(), capture_output=True, text=True, timeout=BUILD_S, check=False
+    )
+    assert (run.returncode, run.stdout) == (Exit.USAGE, "") and "pip install 'wificnc[chips]'" in run.stderr
+    site = tmp_path / "site"
+    with zipfile.ZipFile(dist / f"wificnc_chips-{__version__}-py3-none-any.whl") as wheel:
+        wheel.extractall(site)
+    code = "import wificnc_chips; print(wificnc_chips.__file__, wificnc_chips.__version__)"
+    said = subprocess.run(
+        [str(installed.with_name("python")), "-c", code],
+        cwd=tmp_path,
+        env=clean_environment(PYTHONPATH=str(site)),
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert said.stdout.split() == [str(site / "wificnc_chips" / "__init__.py"), __version__]
 
 
 @pytest.mark.deep  # compiles all of the core; test_wheels.py has a wheel with it

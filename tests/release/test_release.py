@@ -6,6 +6,7 @@ import gzip
 import hashlib
 import json
 import os
+import re
 import shutil
 import struct
 import subprocess
@@ -30,6 +31,9 @@ OFFSETS = {
 }
 CHIP_FAMILIES = {"esp32s3-zero": "ESP32-S3", "esp32-wroom32": "ESP32"}
 UF2_FAMILIES = {"esp32s3-zero": 0xC47E5767, "esp32-wroom32": 0x1C5F21B0}  # github.com/microsoft/uf2, uf2families.json
+
+
+CHIPS = f"wificnc_chips-{__version__}-py3-none-any.whl"
 
 
 def asset(dist: Path, suffix: str) -> Path:
@@ -142,7 +146,7 @@ def test_the_archive_of_the_page_is_the_page(dist: Path) -> None:
 def test_the_pic32mz_has_hex_and_elf(dist: Path, tree: Tree) -> None:
     if PIC32MZ_BOARD not in tree.boards:
         pytest.skip("gcc-mipsel-linux-gnu is not installed")
-    from wificnc.chip.image import Block, read_elf, read_hex
+    from wificnc.build.image import Block, read_elf, read_hex
 
     def bytes_at(blocks: tuple[Block, ...]) -> dict[int, int]:
         return {block.address + n: byte for block in blocks for n, byte in enumerate(block.data)}
@@ -166,15 +170,31 @@ def test_the_package_carries_firmware_that_flash_takes(dist: Path, tree: Tree) -
     assert not any("test" in Path(name).parts for name in in_wheel if "/core/" in name)
 
 
-def test_the_source_distribution_builds_the_same_package(dist: Path, tmp_path: Path) -> None:
+def test_the_virtual_chips_are_another_package(dist: Path) -> None:
+    """Of the same version, which it requires; neither has files of the other one, and no tests."""
+    with zipfile.ZipFile(asset(dist, "-py3-none-any.whl")) as command, zipfile.ZipFile(dist / CHIPS) as other:
+        in_command, in_other = command.namelist(), other.namelist()
+        required = other.read(f"wificnc_chips-{__version__}.dist-info/METADATA").decode().splitlines()
+        extras = command.read(f"wificnc-{__version__}.dist-info/METADATA").decode().splitlines()
+    assert not [name for name in in_command if re.search("espsim|mzsim|chips", name)]
+    assert f"Version: {__version__}" in required
+    assert [line for line in required if line.startswith("Requires-Dist")] == [f"Requires-Dist: wificnc=={__version__}"]
+    assert "Requires-Dist: wificnc-chips; extra == 'chips'" in extras
+    assert {"wificnc_chips/espsim/rom.def", "wificnc_chips/mzsim/cpu.c", "wificnc_chips/job.py"} <= {*in_other}
+    assert {name.partition("/")[0] for name in in_other} == {"wificnc_chips", f"wificnc_chips-{__version__}.dist-info"}
+
+
+@pytest.mark.parametrize("package", ["wificnc", "wificnc_chips"])
+def test_the_source_distribution_builds_the_same_package(dist: Path, tmp_path: Path, package: str) -> None:
     """With firmware and page in it, though no git is there to ask."""
-    with tarfile.open(asset(dist, ".tar.gz")) as sdist:
+    with tarfile.open(dist / f"{package}-{__version__}.tar.gz") as sdist:
         sdist.extractall(tmp_path, filter="data")
     command = [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path)]
     environment = {**os.environ, "SOURCE_DATE_EPOCH": "1793534400"}  # COMMITTED
-    subprocess.run(command, cwd=tmp_path / f"wificnc-{__version__}", env=environment, check=True, capture_output=True)
-    again = tmp_path / asset(dist, "-py3-none-any.whl").name
-    assert again.read_bytes() == asset(dist, "-py3-none-any.whl").read_bytes()
+    folder = tmp_path / f"{package}-{__version__}"
+    subprocess.run(command, cwd=folder, env=environment, check=True, capture_output=True)
+    wheel = f"{package}-{__version__}-py3-none-any.whl"
+    assert (tmp_path / wheel).read_bytes() == (dist / wheel).read_bytes()
 
 
 def test_the_bill_of_materials_is_spdx(dist: Path) -> None:

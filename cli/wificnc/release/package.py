@@ -1,4 +1,4 @@
-"""The Python package, built from the tracked files alone, with firmware in it."""
+"""The Python packages, built from the tracked files alone: the command with firmware in it, and the virtual chips."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from pathlib import Path
 from wificnc.errors import ReleaseError
 
 SAID_LINES = 20
+PACKAGES = (".", "emulators")  # folders with a pyproject.toml
 
 
 def tracked_files(root: Path) -> list[str]:
@@ -33,7 +34,7 @@ def tracked_files(root: Path) -> list[str]:
 
 
 def build_packages(root: Path, work: Path, output: Path, made: Mapping[str, bytes], epoch_s: int) -> None:
-    """Wheel and source distribution into output. @param made  path -> content of what git does not know: firmware, page
+    """Wheels and sdists into output. @param made  path -> content of what git does not know: firmware, page
 
     Raises:
         ReleaseError: hatchling is missing, or fails.
@@ -50,11 +51,15 @@ def build_packages(root: Path, work: Path, output: Path, made: Mapping[str, byte
         path = stage / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_bytes(data)
-    command = [sys.executable, "-m", "hatchling", "build", "-d", str(output)]
     environment = {**os.environ, "SOURCE_DATE_EPOCH": str(epoch_s)}
+    for package in PACKAGES:
+        _build(stage / package, output, environment)
+
+
+def _build(folder: Path, output: Path, environment: Mapping[str, str]) -> None:
     run = subprocess.run(
-        command,
-        cwd=stage,
+        [sys.executable, "-m", "hatchling", "build", "-d", str(output)],
+        cwd=folder,
         env=environment,
         capture_output=True,
         text=True,

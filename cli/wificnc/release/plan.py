@@ -79,6 +79,8 @@ class Plan:
                 for one in self.platforms
             ),
             Asset(f"wificnc-{version}.tar.gz", "source", None, "the same as a source distribution"),
+            Asset(f"wificnc_chips-{version}-{PURE_TAG}.whl", "package", None, "the virtual chips of --on-chip"),
+            Asset(f"wificnc_chips-{version}.tar.gz", "source", None, "the same as a source distribution"),
             Asset(f"wificnc-{version}-linuxcnc.tar.gz", "component", None, "the HAL component of LinuxCNC"),
             Asset(f"wificnc-{version}-protocol.h", "header", None, "the binary protocol for hosts in C"),
             Asset(f"wificnc-{version}-web.tar.gz", "page", None, "web/: the flasher page and its firmware"),

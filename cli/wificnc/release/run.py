@@ -35,6 +35,7 @@ else:
 SCHEMA = 1
 PAGE = Path("web/dist")
 PACKAGED_IMAGES = ("bootloader.bin", "partitions.bin", "firmware.bin", SIGNATURE)  # of an ESP32, in the package
+PACKAGES = ("package", "source")  # kinds of files for Python
 Say = Callable[[str], None]
 
 
@@ -235,7 +236,7 @@ def _file_row(asset: Asset, path: Path) -> dict[str, Any]:
 def _parts(work: _Work) -> list[sbom.Part]:
     """What others made and we use."""
     assets = work.plan.assets
-    packages = tuple(asset.name for asset in assets if asset.kind in ("package", "source"))
+    packages = tuple(asset.name for asset in assets if asset.name.startswith("wificnc-") and asset.kind in PACKAGES)
     pages = tuple(asset.name for asset in assets if asset.kind == "page")
     esp32 = {board.id for board in work.plan.boards if board.target == "esp32"}
     images = tuple(asset.name for asset in assets if asset.board in esp32)
