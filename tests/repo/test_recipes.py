@@ -80,7 +80,7 @@ def build_target(tree: Path) -> None:
 
 def run(tree: Path, *command: str, ok: bool = True) -> str:
     """What it printed; in the copy, with the copy's own modules."""
-    modules = ("cli", "tools", "tests/support", "tests/wire")
+    modules = ("cli", "emulators", "tools", "tests/support", "tests/wire")
     compiler = str(tree / "build" / "cc")
     environment = {
         **os.environ,

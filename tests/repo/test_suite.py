@@ -33,14 +33,14 @@ def test_times_are_added_up(by: str, names: list[str], tmp_path: Path, capsys: p
 
 
 def test_a_run_names_its_failures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    said = "FAILED tests/a/test_a.py::test_x[a-b] - assert 1 == 2\nERROR tests/a/test_a.py::test_y\n2 failed\n"
+    said = "FAILED tests/a/test_a.py::test_x[a-b] - assert 1 == 2\nERROR emulators/tests/b/test_b.py::test_y\n2 failed\n"
     monkeypatch.setattr(trust, "SAID", tmp_path)
 
     class Done:
         returncode, stdout, stderr = 1, said, ""
 
     monkeypatch.setattr("subprocess.run", lambda *_words, **_more: Done)
-    assert trust.run(["tests/a"], 3) == ["tests/a/test_a.py::test_x[a-b]", "tests/a/test_a.py::test_y"]
+    assert trust.run(["tests/a"], 3) == ["tests/a/test_a.py::test_x[a-b]", "emulators/tests/b/test_b.py::test_y"]
     assert (tmp_path / "run-3.txt").read_text() == said
 
 

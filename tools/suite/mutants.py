@@ -95,7 +95,8 @@ def mutate(count: int, seed: int, tests: Sequence[str]) -> int:
 
 def noticed(tests: Sequence[str]) -> str:
     """By the compiler, or the first test that fails; nothing when all pass."""
-    environment = {**os.environ, "PYTHONPATH": str(CLONE / "cli"), "PYTHONDONTWRITEBYTECODE": "1"}
+    modules = os.pathsep.join(str(CLONE / name) for name in ("cli", "emulators"))
+    environment = {**os.environ, "PYTHONPATH": modules, "PYTHONDONTWRITEBYTECODE": "1"}
 
     def run(*words: str) -> subprocess.CompletedProcess[str]:
         words = (sys.executable, "-m", *words)

@@ -13,7 +13,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[2]
 SAID = ROOT / "build" / "trust"  # what the runs with a failure said
 BUSY = "while True: pass"
-FAILED = re.compile(r"^(?:FAILED|ERROR) (tests/.+?)(?: - .*)?$", re.MULTILINE)
+FAILED = re.compile(r"^(?:FAILED|ERROR) ((?:emulators/)?tests/.+?)(?: - .*)?$", re.MULTILINE)
 NOTHING_WRONG, SOME_FAILED = 0, 1  # of pytest
 
 

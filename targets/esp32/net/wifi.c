@@ -24,8 +24,9 @@ const char *wifi_own_password(void) {
     return wifi.password;
 }
 
-/* A virtual chip has no radio and answers this function in its place. It finds the address in the image,
- * behind these words (emulators/wificnc_chips/esp32/image.py), as an image without its ELF file has no names. */
+/* A virtual chip has no radio and answers this function in its place. It finds the address in the image
+ * behind these words, as an image without its ELF file has no names (emulators/wificnc_chips/esp32/image.py).
+ */
 static esp_err_t start_radio(const wifi_init_config_t *config) {
     struct radio {
         char mark[16];

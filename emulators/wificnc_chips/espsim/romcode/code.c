@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT
  * Functions of the boot ROM that call the program's, as code of the processor: qsort, and newlib's streams,
- * which reach files through a table that the program has set. xtensa_programs/romcode.py compiles it into code.h. */
+ * which reach files through a table that the program has set. xtensa_programs/romcode.py compiles it into
+ * code.h. */
 
 typedef unsigned size_t;
 
