@@ -9,10 +9,10 @@ from types import ModuleType
 import pytest
 from wificnc import __version__
 from wificnc.app import main
+from wificnc.checked import paths
 from wificnc.commands._chip import require_chips
 from wificnc.errors import Exit, UserError
 
-INSTALL = "pip install 'wificnc[chips]'"
 PACKAGE = "wificnc_chips"
 
 
@@ -37,6 +37,13 @@ def no_chips(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "meta_path", [Missing, *sys.meta_path])
 
 
+@pytest.fixture(params=[True, False], ids=["checkout", "package"])
+def install(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
+    """What is to be typed, in a checkout and elsewhere."""
+    monkeypatch.setattr(paths, "IS_CHECKOUT", request.param)
+    return "pip install -e emulators" if request.param else "pip install 'wificnc[chips]'"
+
+
 @pytest.fixture
 def job(tmp_path: Path) -> Path:
     path = tmp_path / "job.nc"
@@ -55,12 +62,12 @@ def job(tmp_path: Path) -> Path:
     ],
 )
 def test_what_needs_them_says_how_to_install_them(
-    words: list[str], what: str, job: Path, capsys: pytest.CaptureFixture[str]
+    words: list[str], what: str, job: Path, install: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     given = {"JOB": str(job), "FOLDER": str(job.parent)}
     assert run(*(given.get(word, word) for word in words)) == Exit.USAGE
     out, err = capsys.readouterr()
-    assert (out, err) == ("", f"error: {what} needs the virtual chips: {INSTALL}\n")
+    assert (out, err) == ("", f"error: {what} needs the virtual chips: {install}\n")
 
 
 @pytest.mark.usefixtures("no_chips")
@@ -68,13 +75,13 @@ def test_a_simulation_needs_none(job: Path) -> None:
     assert run("sim", job) == Exit.OK
 
 
-def test_another_version_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_another_version_is_refused(install: str, monkeypatch: pytest.MonkeyPatch) -> None:
     other = ModuleType(PACKAGE)
     other.__dict__["__version__"] = "0.0.1"
     monkeypatch.setitem(sys.modules, PACKAGE, other)
     with pytest.raises(UserError, match=f"of version 0.0.1, and wificnc is {__version__}") as refused:
         require_chips("--on-chip")
-    assert refused.value.hint == f"{INSTALL} --upgrade"
+    assert refused.value.hint == f"{install} --upgrade"
 
 
 def test_a_fault_in_the_package_is_not_hidden(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -33,7 +33,9 @@ def test_times_are_added_up(by: str, names: list[str], tmp_path: Path, capsys: p
 
 
 def test_a_run_names_its_failures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    said = "FAILED tests/a/test_a.py::test_x[a-b] - assert 1 == 2\nERROR emulators/tests/b/test_b.py::test_y\n2 failed\n"
+    said = (
+        "FAILED tests/a/test_a.py::test_x[a-b] - assert 1 == 2\nERROR emulators/tests/b/test_b.py::test_y\n2 failed\n"
+    )
     monkeypatch.setattr(trust, "SAID", tmp_path)
 
     class Done:

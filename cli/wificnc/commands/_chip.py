@@ -12,9 +12,11 @@ from typing import TypeVar
 import rich_click as click
 
 from wificnc import __version__
+from wificnc.checked import paths
 from wificnc.errors import UserError
 
 INSTALL = "pip install 'wificnc[chips]'"
+INSTALL_IN_CHECKOUT = "pip install -e emulators"
 
 F = TypeVar("F", bound=Callable[..., object])
 
@@ -38,12 +40,13 @@ def chip_image(value: str) -> Path | None:
 
 def require_chips(what: str) -> None:
     """Raises UserError unless the virtual chips are installed, of this version. @param what  needs them"""
+    install = INSTALL_IN_CHECKOUT if paths.IS_CHECKOUT else INSTALL
     try:
         import wificnc_chips
     except ModuleNotFoundError as err:
         if err.name != "wificnc_chips":
             raise
-        raise UserError(f"{what} needs the virtual chips: {INSTALL}") from err
+        raise UserError(f"{what} needs the virtual chips: {install}") from err
     if wificnc_chips.__version__ != __version__:
         found = f"the virtual chips are of version {wificnc_chips.__version__}, and wificnc is {__version__}"
-        raise UserError(found, hint=f"{INSTALL} --upgrade")
+        raise UserError(found, hint=f"{install} --upgrade")
