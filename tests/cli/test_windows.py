@@ -29,8 +29,10 @@ msvcrt = types.ModuleType("msvcrt")
 msvcrt.LK_LOCK, msvcrt.LK_NBLCK = 1, 2
 sys.modules["msvcrt"] = msvcrt
 sys.platform = "win32"
-import wificnc
-names = [row.name for row in pkgutil.walk_packages(wificnc.__path__, "wificnc.") if not row.name.endswith("__main__")]
+import wificnc, wificnc_chips
+packages = (wificnc, wificnc_chips)
+rows = [row for package in packages for row in pkgutil.walk_packages(package.__path__, f"{package.__name__}.")]
+names = [row.name for row in rows if not row.name.endswith("__main__")]
 for name in names:
     importlib.import_module(name)
 print(len(names))
