@@ -50,9 +50,9 @@ def compiler(tmp_path_factory: pytest.TempPathFactory) -> str:
     return f"{quick_compiler(tmp_path_factory.mktemp('compiler')).parent}{os.pathsep}"
 
 
-def wificnc(installed: Path, folder: Path, *arguments: object, path: str = "") -> str:
-    """Run there; what it says on stdout, and no word of a checkout."""
-    environment = clean_environment(WIFICNC_CACHE=str(folder / "cache"))
+def wificnc(installed: Path, folder: Path, *arguments: object, path: str = "", **more: str) -> str:
+    """Run there; what it says on stdout, and no word of a checkout. @param more  of the environment"""
+    environment = clean_environment(WIFICNC_CACHE=str(folder / "cache"), **more)
     environment["PATH"] = path + environment["PATH"]
     command = [str(installed), *map(str, arguments)]
     run = subprocess.run(
@@ -73,27 +73,26 @@ def test_boards_and_flash_need_no_checkout(installed: Path, tmp_path: Path, tree
     assert not (tmp_path / "cache").exists()  # nothing had to be built for that
 
 
-def test_the_virtual_chips_come_as_another_wheel(installed: Path, dist: Path, tmp_path: Path) -> None:
-    """Without them, what needs them names them. A wheel of them alone is found by the command that is there."""
+def test_without_the_virtual_chips_what_needs_them_names_them(installed: Path, tmp_path: Path) -> None:
     (tmp_path / "part.nc").write_text("G1X1F600\n")
     command = [str(installed), "sim", "part.nc", "--board", PIC32MZ_BOARD, "--on-chip"]
     run = subprocess.run(
         command, cwd=tmp_path, env=clean_environment(), capture_output=True, text=True, timeout=BUILD_S, check=False
     )
     assert (run.returncode, run.stdout) == (Exit.USAGE, "") and "pip install 'wificnc[chips]'" in run.stderr
-    site = tmp_path / "site"
+
+
+@pytest.mark.deep  # compiles all of the core, and the virtual chip
+def test_the_other_wheel_runs_the_releases_image(installed: Path, dist: Path, tmp_path: Path, tree: Tree) -> None:
+    if PIC32MZ_BOARD not in tree.boards:
+        pytest.skip("gcc-mipsel-linux-gnu is not installed")
+    (tmp_path / "part.nc").write_text("G21G91\nG1X1F600\n")
     with zipfile.ZipFile(dist / f"wificnc_chips-{__version__}-py3-none-any.whl") as wheel:
-        wheel.extractall(site)
-    code = "import wificnc_chips; print(wificnc_chips.__file__, wificnc_chips.__version__)"
-    said = subprocess.run(
-        [str(installed.with_name("python")), "-c", code],
-        cwd=tmp_path,
-        env=clean_environment(PYTHONPATH=str(site)),
-        capture_output=True,
-        text=True,
-        check=True,
-    )
-    assert said.stdout.split() == [str(site / "wificnc_chips" / "__init__.py"), __version__]
+        wheel.extractall(tmp_path / "site")
+    image = dist / f"wificnc-{__version__}-{PIC32MZ_BOARD}.hex"
+    words = ("sim", "part.nc", "--board", PIC32MZ_BOARD, "--on-chip", image)
+    said = wificnc(installed, tmp_path, *words, PYTHONPATH=str(tmp_path / "site"))
+    assert ", 0 refused" in said and "step events 250 " in said and "the same steps" in said
 
 
 @pytest.mark.deep  # compiles all of the core; test_wheels.py has a wheel with it
