@@ -57,6 +57,7 @@ INSIDE = (
     "targets/sim/",
     "targets/esp32/main/",
     "tests/",
+    "emulators/tests/",
 )
 MAIN = re.compile(r"targets/\w+/(?:app/)?main\.c")  # which makes one
 
