@@ -15,7 +15,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum { NET_MDNS_PORT = 5353, NET_MDNS_PACKET = 1024, NET_MDNS_NAME = 32, NET_MDNS_BOARD = 64 };
+enum {
+    NET_MDNS_PORT = 5353,
+    NET_MDNS_PACKET = 960,
+    NET_MDNS_QUERY = 768,
+    NET_MDNS_NAME = 32,
+    NET_MDNS_BOARD = 64
+};
 /** Answers in a second. They are larger than questions, and a question can have a forged address. */
 enum { NET_MDNS_ANSWERS = 10 };
 

@@ -32,7 +32,7 @@ void net_mdns_leave(int fd, const struct net_mdns *mdns) {
 }
 
 void net_mdns_poll(int fd, struct net_mdns *mdns, uint32_t now_us) {
-    uint8_t query[NET_MDNS_PACKET], answer[NET_MDNS_PACKET];
+    uint8_t query[NET_MDNS_QUERY], answer[NET_MDNS_PACKET];
     for (int i = 0; i < PACKETS_A_POLL; i++) {
         struct net_address from;
         bool unicast;

@@ -6,6 +6,7 @@ import gzip
 import hashlib
 import json
 import os
+import re
 import shutil
 import struct
 import subprocess
@@ -164,6 +165,24 @@ def test_the_package_carries_firmware_that_flash_takes(dist: Path, tree: Tree) -
     assert {f"wificnc/page/{name}" for name in PAGE} <= in_wheel
     assert {"wificnc/carried/core/config.h", "wificnc/carried/boards/esp32s3-zero.toml"} <= in_wheel
     assert not any("test" in Path(name).parts for name in in_wheel if "/core/" in name)
+
+
+def test_the_package_index_takes_the_package(dist: Path) -> None:
+    """Metadata, and a description that it can show: PyPI's own checks, where a warning counts, too."""
+    packages = [asset(dist, "-py3-none-any.whl"), asset(dist, ".tar.gz")]
+    command = [sys.executable, "-m", "twine", "--no-color", "check", "--strict", *map(str, packages)]
+    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert run.returncode == 0 and run.stdout.count("PASSED") == len(packages), run.stdout + run.stderr
+
+
+def test_the_description_leads_somewhere(dist: Path) -> None:
+    """On PyPI there is no repository around it: its pictures and links are whole addresses, or it has none."""
+    with zipfile.ZipFile(asset(dist, "-py3-none-any.whl")) as wheel:
+        text = wheel.read(f"wificnc-{__version__}.dist-info/METADATA").decode()
+    headers, _, description = text.partition("\n\n")
+    assert "\nDescription-Content-Type: text/markdown\n" in headers and "\nLicense-Expression: MIT\n" in headers
+    links = re.findall(r"\]\(([^)]+)\)", description)
+    assert "pip install" in description and [link for link in links if not link.startswith("https://")] == []
 
 
 def test_the_source_distribution_builds_the_same_package(dist: Path, tmp_path: Path) -> None:

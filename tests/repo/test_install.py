@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from generate.board_start import index_text
-from generate.install import PAGE, install_lines
+from generate.install import PAGE, README, install_lines, readme_text
 from tools_here import needs_git
 from wificnc.build.checkout import checkout_root
 
@@ -28,7 +28,7 @@ def test_no_other_page_has_an_install_line() -> None:
     found = []
     for name in listed:
         path = ROOT / name
-        if name == PAGE or name.startswith(BUILD_TOOLS) or path.suffix not in (".md", ".py", ".j2", ".html", ".ts"):
+        if name in (PAGE, README) or name.startswith(BUILD_TOOLS) or path.suffix not in (".md", ".py", ".j2", ".html", ".ts"):
             continue
         found += [f"{name}: {line}" for line in lines_of(path.read_text(encoding="utf-8"))]
     assert found == []
@@ -45,6 +45,12 @@ def test_the_page_has_the_lines_of_each_system() -> None:
     for system, line in install_lines().items():
         section = text.partition(f"\n### {system}\n")[2].partition("\n### ")[0]
         assert f"\n{line}\n" in section, system
+
+
+def test_the_readme_has_the_lines_of_the_table_and_no_others() -> None:
+    text = (ROOT / README).read_text(encoding="utf-8")
+    assert readme_text() in text
+    assert set(lines_of(text.replace(readme_text(), ""))) == set()
 
 
 def test_pages_of_boards_link_to_it() -> None:
