@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import re
 import shutil
+from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
 
+import click
 import pytest
 from pages.build import build
 from pages.stage import collect
-from wificnc.app import COMMANDS
+from wificnc.app import COMMANDS, root
 from wificnc.build.checkout import checkout_root
 from wificnc.link.words import ALARMS, ERRORS
 from wificnc.protocol.table import load_settings
@@ -76,6 +78,25 @@ def test_what_leads_nowhere_is_found(tree: Path) -> None:
         orphan.unlink()
     for wanted in ("nowhere.md", "nonsense", "nowhere.c", "nowhere.png", "orphan.md"):
         assert any(wanted in problem for problem in problems), wanted
+
+
+def test_the_site_has_the_help_of_each_command(site: Path) -> None:
+    """Names, options and texts, as click itself has them."""
+    page = unescape(re.sub(r"<[^>]+>", "", (site / "docs" / "commands.html").read_text()))
+    assert "Sentinel" not in page and "\b" not in page
+
+    def look(command: click.Command, path: str, parent: click.Context) -> int:
+        ctx = click.Context(command, info_name=path.split()[-1], parent=parent)
+        assert f"\n{path} [" in page, path
+        for param in command.params:
+            for name in (*param.opts, *param.secondary_opts) if isinstance(param, click.Option) else ():
+                assert name in page, f"{path} {name}"
+        children = command.list_commands(ctx) if isinstance(command, click.Group) else []
+        found = [(name, child) for name in children if (child := command.get_command(ctx, name)) and not child.hidden]  # type: ignore[attr-defined]
+        return 1 + sum(look(child, f"{path} {name}", ctx) for name, child in found)
+
+    with click.Context(root, info_name="wificnc") as ctx:
+        assert sum(look(root.get_command(ctx, name), f"wificnc {name}", ctx) for name in COMMANDS) > 50  # type: ignore[arg-type]
 
 
 def test_messages_quoted_are_said_by_the_firmware() -> None:
