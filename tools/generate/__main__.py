@@ -9,7 +9,23 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from generate import boards, codes, files, kinds, lights, nvs, page, settings, states, tmc, version, vfd, wire, words
+from generate import (
+    boards,
+    codes,
+    files,
+    install,
+    kinds,
+    lights,
+    nvs,
+    page,
+    settings,
+    states,
+    tmc,
+    version,
+    vfd,
+    wire,
+    words,
+)
 
 ROOT = Path(__file__).resolve().parents[2]
 GENERATORS: tuple[Callable[[Path], files.Texts], ...] = (
@@ -26,6 +42,7 @@ GENERATORS: tuple[Callable[[Path], files.Texts], ...] = (
     nvs.texts,
     words.texts,
     page.texts,
+    install.texts,
 )
 
 

@@ -9,7 +9,6 @@ from pathlib import Path
 from wificnc.board.model import Board
 
 from generate.files import with_region
-from generate.install import README, readme_text
 from generate.markdown import table_text
 
 REGION = "boards"
@@ -21,12 +20,11 @@ def list_texts(boards: Sequence[Board], root: Path) -> dict[str, str]:
     regions = {
         "platformio.ini": "\n\n".join(text for board in boards if (text := _environment(board, root))) + "\n",
         "mkdocs.yml": "".join(_menu(boards)),
-        README: _readme(boards) + "\n\n",
+        "README.md": _readme(boards) + "\n\n",
     }
-    texts = {
+    return {
         path: with_region((root / path).read_text(encoding="utf-8"), REGION, text) for path, text in regions.items()
     }
-    return texts | {README: with_region(texts[README], "install", readme_text())}
 
 
 def _environment(board: Board, root: Path) -> str:

@@ -3,6 +3,10 @@ other pages link to the first one (tests/repo/test_install.py)."""
 
 from __future__ import annotations
 
+from pathlib import Path
+
+from generate.files import Texts, with_region
+
 ON_INDEX = False  # True in the change that follows the first upload to PyPI, with `make generate`
 
 PAGE = "docs/start/README.md"
@@ -36,6 +40,11 @@ def readme_text(on_index: bool = ON_INDEX) -> str:
         f"{'wificnc doctor':<61} # what is missing on this computer, and how to install it\n```\n\n"
         f"[Each system, step by step]({PAGE}#install-wificnc).\n\n"
     )
+
+
+def texts(root: Path) -> Texts:
+    """Path in the repository -> text. Raises ValueError when README.md does not have its region."""
+    return {README: with_region((root / README).read_text(encoding="utf-8"), "install", readme_text())}
 
 
 def download_text(on_index: bool = ON_INDEX) -> str:
