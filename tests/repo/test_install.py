@@ -28,7 +28,11 @@ def test_no_other_page_has_an_install_line() -> None:
     found = []
     for name in listed:
         path = ROOT / name
-        if name in (PAGE, README) or name.startswith(BUILD_TOOLS) or path.suffix not in (".md", ".py", ".j2", ".html", ".ts"):
+        if (
+            name in (PAGE, README)
+            or name.startswith(BUILD_TOOLS)
+            or path.suffix not in (".md", ".py", ".j2", ".html", ".ts")
+        ):
             continue
         found += [f"{name}: {line}" for line in lines_of(path.read_text(encoding="utf-8"))]
     assert found == []

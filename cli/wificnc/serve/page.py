@@ -141,9 +141,9 @@ class PageServer:
         if self._controller:
             host, _, port = self._controller.rpartition(":")
             self._library.page_set_controller(self._page, self._keep(host.strip("[]")), self._keep(port))
-        port = self._listen()
-        self.url = f"http://{Address(self._address.host, port)}/"
-        if who := self._announce(self._address, port, self._board):
+        bound = self._listen()
+        self.url = f"http://{Address(self._address.host, bound)}/"
+        if who := self._announce(self._address, bound, self._board):
             at = self._mdns
             self.found_by_name = self._library.page_announce(self._page, ctypes.byref(who), at.host.encode(), at.port)
         self._thread.start()
