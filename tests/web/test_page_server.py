@@ -161,6 +161,15 @@ def test_a_page_of_this_computer_alone_is_not_announced(folder: Path) -> None:
         assert announced(Address(host, 0), 8080, "host") is None
 
 
+@pytest.mark.parametrize(("own", "address"), [("192.0.2.9", [192, 0, 2, 9]), ("", None), ("127.0.0.1", None)])
+def test_a_page_at_all_addresses_is_announced_with_that_of_the_network(
+    monkeypatch: pytest.MonkeyPatch, own: str, address: list[int] | None
+) -> None:
+    monkeypatch.setattr("wificnc.serve.announce._own_address", lambda: own)
+    found = announced(Address("0.0.0.0", 0), 8080, "host")
+    assert (list(found.address) if found else None) == address
+
+
 def test_two_pages_of_a_computer_have_two_names() -> None:
     one, other = (announced(Address("192.0.2.7", 0), port, "host") for port in (8080, 65535))
     assert one and other and one.name != other.name and len(other.name) <= 31
