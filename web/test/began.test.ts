@@ -1,7 +1,7 @@
 /** What a reset and the end of a program take from a job that is to run again. */
 import { existsSync, readFileSync } from "node:fs";
 import { describe, expect, it } from "vitest";
-import { beganOf, discarded, otherSystem, UNKNOWN, type Began } from "../src/job/began";
+import { beganOf, discarded, namesSystem, otherSystem, UNKNOWN, type Began } from "../src/job/began";
 import { Core } from "../src/job/core";
 import { readProgram } from "../src/job/program";
 import { planResume, type MachineFacts } from "../src/job/resume";
@@ -17,6 +17,15 @@ it("names another work system, and what is gone, and nothing of what has stayed 
   expect(discarded(RAN, RESET)).toEqual([expect.stringContaining("(3.200)"), expect.stringContaining("G92")]);
   expect([otherSystem(RAN, RAN), discarded(RAN, RAN), discarded(RESET, RAN)]).toEqual([null, [], []]);
   expect([otherSystem(UNKNOWN, RESET), otherSystem(RAN, UNKNOWN), discarded(UNKNOWN, RESET)]).toEqual([null, null, []]);
+});
+
+it.each([
+  ["G21G90G54\nG0X1\n", true],
+  ["G21G90\nG59.1G0X1\n", true],
+  ["G21G90\nG0X1\nG55\n", false],
+  ["G21G90\nM3S1000\n", false],
+])("whether %j names its work system before it moves: %s", (source, does) => {
+  expect(namesSystem(readProgram("a.nc", source).lines)).toBe(does);
 });
 
 it("reads what a browser has kept, whatever it is", () => {

@@ -1,5 +1,6 @@
 /** In which work system and with which offsets a job ran, and what of it is gone since. Pure. */
 import { workSystemOf } from "../link/offsets";
+import type { JobLine } from "./program";
 import { t } from "../words";
 
 /** As the controller reports them; "": it has not. */
@@ -28,6 +29,12 @@ export function otherSystem(began: Began, now: Began): { then: string; now: stri
   if (began.modes === "" || now.modes === "") return null;
   const systems = { then: workSystemOf(began.modes), now: workSystemOf(now.modes) };
   return systems.then === systems.now ? null : systems;
+}
+
+/** Whether a program names its work system before it moves: then that of the machine does not matter. */
+export function namesSystem(lines: readonly JobLine[]): boolean {
+  const first = lines.find(({ code }) => /[XYZABC]|G5[4-9]/.test(code));
+  return first !== undefined && /G5[4-9]/.test(first.code);
 }
 
 /** What a reset has discarded since, in words. */

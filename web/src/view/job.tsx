@@ -4,7 +4,7 @@ import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
 import { attempt, checkJob, controller, fail, held, isStale, job, noLines, noPlace, preflight, standing, unknownYet } from "../app";
 import { describe, secondsAtLine, secondsLeft, type Preflight } from "../job/preflight";
-import { discarded, otherSystem } from "../job/began";
+import { discarded, namesSystem, otherSystem } from "../job/began";
 import type { Report } from "../job/core";
 import { laserWarning } from "../job/engraving";
 import { endingWords } from "../job/ending";
@@ -313,7 +313,7 @@ function StartDialog({ onClose }: { onClose: () => void }): JSX.Element {
 /** A stop, a reset and the end of a program leave G54, and a reset no tool length: the job would run elsewhere. */
 function changedSince(): string[] {
   const [began, now] = [job.began.value, job.standsIn()];
-  const systems = otherSystem(began, now);
+  const systems = namesSystem(job.program.value!.lines) ? null : otherSystem(began, now);
   const words = systems && [t`The job ran in ${systems.then}, and the machine is in ${systems.now} now. To run it there again, choose ${systems.then} on the tab Control first.`];
   return [...(words ?? []), ...discarded(began, now)];
 }
