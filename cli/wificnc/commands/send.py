@@ -48,7 +48,7 @@ class ModesType(click.ParamType):  # type: ignore[type-arg, unused-ignore] # gen
         given = "".join(str(value).split()).upper()
         words = tuple(re.findall(r"[A-Z][^A-Z]*", given))
         if not words or "".join(words) != given or modes_of(words) != words:
-            self.fail(f"{value!r} is no list of modes: write words of $G, as G55G20", param, ctx)
+            self.fail(f"{value!r} names no modes: write words of $G, as G55G20", param, ctx)
         return words
 
 
@@ -96,8 +96,8 @@ class SendOptions:
 @click.pass_context
 def command(
     ctx: click.Context, file: Path, target: Target, from_line: int | None, start_id: str | None,
-    began: tuple[str, ...] | None, safe_z: float | None, spindle_wait: float, plunge_feed: float, yes: bool, keep_going: bool, dry_run: bool,
-    number: bool, max_lines: int, as_json: bool,
+    began: tuple[str, ...] | None, safe_z: float | None, spindle_wait: float, plunge_feed: float, yes: bool,
+    keep_going: bool, dry_run: bool, number: bool, max_lines: int, as_json: bool,
 ) -> None:  # fmt: skip
     """Stream a G-code FILE to a controller.
 
