@@ -52,14 +52,14 @@ def overview_table(boards: Iterable[Board]) -> str:
         [
             f"[{board.id}](boards/{board.id}.md)",
             board.name,
+            board.summary,
             board.axes_text,
             f"{board.timing.max_step_rate_hz // 1000} kHz",
             "W5500" if board.ethernet else "",
-            board.summary,
         ]
         for board in boards
     ]
-    return table_text(["board", "name", "axes", "steps/s", "Ethernet", "what for"], rows)
+    return table_text(["board", "name", "what for", "axes", "steps/s", "Ethernet"], rows)
 
 
 def ability_table(boards: Sequence[Board]) -> str:

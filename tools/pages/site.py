@@ -18,6 +18,7 @@ from wificnc.board.load import find_boards, load_board
 from wificnc.board.picture import draw, svg_text
 
 BOARDS = "docs/boards.md"
+WIDE = "---\nhide: [toc]\n---\n\n"  # of a page with a table of many columns
 FILTER = "docs/filter.js"
 REGION = re.compile(r"^<!-- site: (?!end)(\w+) -->\n.*?^<!-- site: end -->\n", re.DOTALL | re.MULTILINE)
 
@@ -32,7 +33,10 @@ def site_texts(root: Path) -> dict[str, str]:
         START: {"boards": start_table(boards)},
         STATES: {"cells": cells_html(load_states())},
     }
-    pages = {name: with_tables((root / name).read_text(encoding="utf-8"), tables[name]) for name in tables}
+    pages = {
+        name: WIDE * (name != START) + with_tables((root / name).read_text(encoding="utf-8"), tables[name])
+        for name in tables
+    }
     for board in boards:
         pages[f"docs/boards/{board.id}.md"] = board_page(board)
         pages[f"docs/boards/{board.id}.svg"] = svg_text(draw(board))
