@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import json
+import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -59,6 +61,27 @@ def test_units(tmp_path: Path) -> None:
     result = json.loads(said[said.index("{") :])
     assert result["success"]
     assert result["numPassedTests"] > 0
+
+
+def test_without_python_and_tables_npm_says_what_to_run(tmp_path: Path) -> None:
+    """In a clone that nothing was set up in. Tables that are there are used."""
+    if why := missing_tools():
+        pytest.skip(why)
+    script = tmp_path / "web/build/tables.js"
+    script.parent.mkdir(parents=True)
+    shutil.copyfile(checkout_root() / "web/build/tables.js", script)
+    (tmp_path / "web/package.json").write_text('{"type": "module"}')
+    (tmp_path / "tools").mkdir()
+
+    def run() -> subprocess.CompletedProcess[str]:
+        argv = [str(shutil.which("node")), str(script)]
+        return subprocess.run(argv, env={"PATH": str(tmp_path)}, capture_output=True, text=True, check=False)
+
+    refused = run()
+    assert refused.returncode != 0 and "Run `python tools/dev.py setup`" in refused.stderr
+    (tmp_path / "build/generated").mkdir(parents=True)
+    (tmp_path / "build/generated/.stamp").touch()
+    assert run().returncode == 0
 
 
 @pytest.mark.alike(6)
