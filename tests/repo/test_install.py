@@ -66,4 +66,4 @@ def test_the_index_replaces_the_file_on_all_systems() -> None:
     files, index = install_lines(False), install_lines(True)
     assert files.keys() == index.keys() and not any(".whl" in line for line in index.values())
     assert all(".whl" in line for line in files.values())
-    assert "wificnc" in index_text("boards")
+    assert "wificnc" in index_text()

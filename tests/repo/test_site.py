@@ -10,14 +10,19 @@ from pathlib import Path
 
 import click
 import pytest
+from generate.board_docs import board_page
+from lint.english import check_text
 from pages.build import build
+from pages.site import site_texts, with_tables
 from pages.stage import collect
 from wificnc.app import COMMANDS, root
+from wificnc.board.load import find_boards, load_board
 from wificnc.build.checkout import checkout_root
 from wificnc.link.words import ALARMS, ERRORS
 from wificnc.protocol.table import load_settings
 
 ROOT = checkout_root()
+BOARDS = [path.stem for path in find_boards()]
 ADVICE = sorted((ROOT / "docs").glob("**/*.md"))
 TROUBLE = (ROOT / "docs" / "troubleshooting.md").read_text()
 LOADING = {"script": "src", "img": "src", "iframe": "src", "link": "href", "source": "src", "object": "data"}
@@ -61,6 +66,32 @@ def test_no_page_asks_another_server(site: Path) -> None:
         assert loads.found and not [url for url in loads.found if re.match(r"(https?:)?//", url)], page.name
     for sheet in site.rglob("*.css"):
         assert not re.search(r"(url\(|@import)\s*['\"]?(https?:)?//", sheet.read_text()), sheet.name
+
+
+def test_each_board_has_its_page_and_picture(site: Path) -> None:
+    overview, start = [(site / f"docs/{page}.html").read_text() for page in ("boards", "start/index")]
+    for board in BOARDS:
+        assert '<img alt="Pin-out of' in (site / f"docs/boards/{board}.html").read_text(), board
+        assert (site / f"docs/boards/{board}.svg").is_file()
+        assert f'href="boards/{board}.html"' in overview
+        assert board.startswith("host") or f'href="../boards/{board}.html"' in start
+
+
+def test_a_region_without_a_table_is_found() -> None:
+    page = "a\n<!-- site: cells -->\nelsewhere\n<!-- site: end -->\nb\n"
+    assert with_tables(page, {"cells": "| x |"}) == "a\n| x |\nb\n"
+    with pytest.raises(KeyError, match="cells"):
+        with_tables(page, {"boards": ""})
+
+
+def test_no_region_is_left_on_the_site(tree: Path) -> None:
+    for name, text in site_texts(tree).items():
+        assert "<!-- site:" not in text, name
+
+
+def test_the_pages_of_boards_are_plain_english() -> None:
+    """The lint reads what git keeps."""
+    assert [found for path in find_boards() for found in check_text(path, board_page(load_board(path)))] == []
 
 
 @pytest.mark.slow
