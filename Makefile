@@ -16,7 +16,7 @@ BOARDS ?=
 TAG    ?=
 
 .PHONY: help demo test test-all test-slice test-deep test-chip power-cuts platforms chip-traces lint fuzz bench bench-chip bench-motion bench-latency xtensa bench-serve bench-page bench-wire bench-linuxcnc \
-    stream-million pictures release docs format generate web clean distclean
+    stream-million pictures release docs format generate web untranslated clean distclean
 .DEFAULT_GOAL := help
 
 # With bytecode a Python program of ours starts in 0.1 s instead of 0.2 s, and tests start hundreds; a second run collects
@@ -49,6 +49,7 @@ help:
 	@echo 'make pictures  those of docs/motion.md, drawn from what the planner does, and of docs/wiring'
 	@echo 'make generate  write every generated file, from the tables in protocol/, boards/ and core/'
 	@echo 'make web     the page for browsers (web/dist); needs Node.js'
+	@echo 'make untranslated  list the texts of the page that German and Spanish lack; needs Node.js'
 	@echo 'make format  let the formatters mend what they can'
 	@echo 'make clean   remove what was built; make distclean removes .venv too'
 
@@ -127,6 +128,9 @@ generate: $(VENV)/.ready-dev
 
 web: $(VENV)/.ready-dev
 	@cd tools && $(abspath $(PY)) -m web.build
+
+untranslated: $(VENV)/.ready-dev
+	@cd tools && $(abspath $(PY)) -m web.untranslated
 
 format: $(VENV)/.ready-dev
 	$(PY) -m ruff check --quiet --fix cli conftest.py emulators tools tests examples || true

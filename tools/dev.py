@@ -32,7 +32,7 @@ COMMANDS = {
     "test-slice": f"one of {SLICES} parts of what test-all leaves out: that of the commit, or --part N",
     "test-deep": "what test-all leaves out; more words go to pytest",
     "lint": "formats, types, static analysis, house rules: all, or those named",
-    "setup": "only set up .venv; --dev: with the tools",
+    "setup": "only set up .venv, and write what git does not keep; --dev: with the tools",
 }
 
 
@@ -54,12 +54,14 @@ def main(words: list[str]) -> int:
     venv = ROOT / asked.venv
     python = python_of(venv)
     set_up(venv, dev=asked.command in (*tests, "lint") or "--dev" in rest)
+    if asked.command == "demo":
+        return run([python, "-m", "wificnc", "demo", *rest])
+    if code := run([python, "-m", "generate.built"], ROOT / "tools"):
+        return code
     if asked.command == "setup":
         return 0
     if asked.command == "lint":
         return run([python, "-m", "lint", *rest], ROOT / "tools")
-    if asked.command == "demo":
-        return run([python, "-m", "wificnc", "demo", *rest])
     return test(python, asked, rest)
 
 

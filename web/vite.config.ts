@@ -1,4 +1,5 @@
 import { defineConfig } from "vitest/config";
+import "./build/tables.js"; // first: all of the page reads them
 import { catalogues } from "./build/catalogue.ts";
 import { offline } from "./build/offline.ts";
 import { sizes } from "./build/sizes.ts";

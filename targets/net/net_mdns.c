@@ -11,11 +11,30 @@ enum { HEADER_SIZE = 12, QUESTIONS_MAX = 8, JUMPS_MAX = 8, DOTTED_SIZE = 128, LA
 enum { IS_RESPONSE = 0x8000, AUTHORITATIVE = 0x0400 };
 enum { HOST_TTL_S = 120, SERVICE_TTL_S = 4500, LEGACY_TTL_S = 10 }; /* RFC 6762, 10 and 6.7 */
 
-static const char service[] = "_telnet._tcp.local";
 static const char services[] = "_services._dns-sd._udp.local";
 
-/* Our records, as bits. */
-enum { HOST = 1, SERVICE = 2, SERVER = 4, TEXT = 8, LIST = 16, OURS = HOST | SERVICE | SERVER | TEXT };
+enum service { TELNET, HTTP, SERVICES };
+static const char *const service_name[SERVICES] = {"_telnet._tcp.local", "_http._tcp.local"};
+static const char *const instance_rest[SERVICES] = {"._telnet._tcp.local", "._http._tcp.local"};
+
+/* Our records, as bits: those of a service are shifted by its place. */
+enum {
+    POINTER = 1,
+    SERVER = 2,
+    TEXT = 4,
+    LIST = 8,
+    SERVICE_BITS = 4,
+    ALL_OF_SERVICE = POINTER | SERVER | TEXT
+};
+enum { HOST = 1 << (SERVICES * SERVICE_BITS) };
+
+static unsigned of_service(unsigned service, unsigned records) {
+    return records << (service * SERVICE_BITS);
+}
+
+static uint16_t port_of(const struct net_mdns *mdns, unsigned service) {
+    return service == TELNET ? mdns->telnet_port : mdns->http_port;
+}
 
 /* ---- reading ---- */
 
@@ -67,22 +86,29 @@ static bool is(const char *dotted, const char *first, const char *rest) {
     return strcmp(dotted + length, rest) == 0;
 }
 
-/* @return records that answer a question. With the service come the records that a client asks for next (RFC
- * 6763, 12). */
+/* @return records of one service that answer a question. With the pointer come the records that a client asks
+ * for next (RFC 6763, 12). */
+static unsigned records_of(const struct net_mdns *mdns, unsigned service, const char *dotted, unsigned type) {
+    const bool pointer = type == TYPE_PTR || type == TYPE_ANY;
+    if (port_of(mdns, service) == 0)
+        return 0;
+    if (is(dotted, "", service_name[service]))
+        return pointer ? of_service(service, ALL_OF_SERVICE) | HOST : 0;
+    if (is(dotted, "", services))
+        return pointer ? of_service(service, LIST) : 0;
+    if (!is(dotted, mdns->name, instance_rest[service]))
+        return 0;
+    return (type == TYPE_SRV || type == TYPE_ANY ? of_service(service, SERVER) | HOST : 0) |
+           (type == TYPE_TXT || type == TYPE_ANY ? of_service(service, TEXT) : 0);
+}
+
 static unsigned records_for(const struct net_mdns *mdns, const char *dotted, unsigned type) {
-    const unsigned pointer = type == TYPE_PTR || type == TYPE_ANY;
+    unsigned records = 0;
     if (is(dotted, mdns->name, ".local"))
         return type == TYPE_A || type == TYPE_ANY ? HOST : 0;
-    if (mdns->port == 0)
-        return 0;
-    if (is(dotted, "", service))
-        return pointer ? OURS : 0;
-    if (is(dotted, "", services))
-        return pointer ? LIST : 0;
-    if (!is(dotted, mdns->name, "._telnet._tcp.local"))
-        return 0;
-    return (type == TYPE_SRV || type == TYPE_ANY ? SERVER | HOST : 0) |
-           (type == TYPE_TXT || type == TYPE_ANY ? TEXT : 0);
+    for (unsigned service = 0; service < SERVICES; service++)
+        records |= records_of(mdns, service, dotted, type);
+    return records;
 }
 
 /* ---- writing ---- */
@@ -90,11 +116,11 @@ static unsigned records_for(const struct net_mdns *mdns, const char *dotted, uns
 struct writer {
     uint8_t *packet;
     size_t size, records;
-    bool legacy;
+    bool legacy, leaves;
 };
 
 /* No check of room: all records together, with the question of a legacy resolver, are shorter than
- * NET_MDNS_PACKET, because name and text are bounded. */
+ * NET_MDNS_PACKET, because name, id and board are bounded. */
 static void put(struct writer *out, const void *bytes, size_t count) {
     memcpy(out->packet + out->size, bytes, count);
     out->size += count;
@@ -127,7 +153,7 @@ static size_t begin_record(struct writer *out, const char *first, const char *do
     /* A cache must drop what it has of a unique record; PTR records are shared with other controllers, and
      * a simple resolver does not know the bit (RFC 6762, 10.2 and 6.7). */
     bool unique = type != TYPE_PTR && !out->legacy;
-    uint32_t seconds = out->legacy && ttl_s > LEGACY_TTL_S ? LEGACY_TTL_S : ttl_s;
+    uint32_t seconds = out->leaves ? 0 : out->legacy && ttl_s > LEGACY_TTL_S ? LEGACY_TTL_S : ttl_s;
     put_name(out, first, dotted);
     put_word(out, type);
     put_word(out, CLASS_IN | (unique ? TOP_BIT : 0u));
@@ -144,35 +170,58 @@ static void end_record(struct writer *out, size_t length_at) {
     out->packet[length_at + 1] = (uint8_t)length;
 }
 
-static void put_records(struct writer *out, const struct net_mdns *mdns, unsigned records) {
+/* One string of a TXT record: key=value. */
+static void put_text(struct writer *out, const char *key, const char *value) {
+    const uint8_t length = (uint8_t)(strlen(key) + 1 + strlen(value));
+    put(out, &length, 1);
+    put(out, key, strlen(key));
+    put(out, "=", 1);
+    put(out, value, strlen(value));
+}
+
+static void put_texts(struct writer *out, const struct net_mdns *mdns, unsigned service) {
+    if (service == TELNET) {
+        put_text(out, "wificnc", mdns->board);
+        return;
+    }
+    put_text(out, "path", "/");
+    put_text(out, "board", mdns->board);
+    put_text(out, "id", mdns->id);
+}
+
+static void put_service(struct writer *out, const struct net_mdns *mdns, unsigned service, unsigned records) {
+    const char *const name = service_name[service];
     size_t at;
-    if ((records & SERVICE) != 0) {
-        at = begin_record(out, "", service, TYPE_PTR, SERVICE_TTL_S);
-        put_name(out, mdns->name, service);
+    if ((records & POINTER) != 0) {
+        at = begin_record(out, "", name, TYPE_PTR, SERVICE_TTL_S);
+        put_name(out, mdns->name, name);
         end_record(out, at);
     }
     if ((records & LIST) != 0) {
         at = begin_record(out, "", services, TYPE_PTR, SERVICE_TTL_S);
-        put_name(out, "", service);
+        put_name(out, "", name);
         end_record(out, at);
     }
     if ((records & SERVER) != 0) {
-        at = begin_record(out, mdns->name, service, TYPE_SRV, HOST_TTL_S);
+        at = begin_record(out, mdns->name, name, TYPE_SRV, HOST_TTL_S);
         put_word(out, 0); /* priority and weight: there is but one */
         put_word(out, 0);
-        put_word(out, mdns->port);
+        put_word(out, port_of(mdns, service));
         put_name(out, mdns->name, "local");
         end_record(out, at);
     }
     if ((records & TEXT) != 0) {
-        uint8_t length = (uint8_t)strlen(mdns->text);
-        at = begin_record(out, mdns->name, service, TYPE_TXT, SERVICE_TTL_S);
-        put(out, &length, 1);
-        put(out, mdns->text, length);
+        at = begin_record(out, mdns->name, name, TYPE_TXT, SERVICE_TTL_S);
+        put_texts(out, mdns, service);
         end_record(out, at);
     }
+}
+
+static void put_records(struct writer *out, const struct net_mdns *mdns, unsigned records) {
+    for (unsigned service = 0; service < SERVICES; service++)
+        put_service(out, mdns, service, records >> (service * SERVICE_BITS));
     if ((records & HOST) != 0) {
-        at = begin_record(out, mdns->name, "local", TYPE_A, HOST_TTL_S);
+        size_t at = begin_record(out, mdns->name, "local", TYPE_A, HOST_TTL_S);
         put(out, mdns->address, sizeof mdns->address);
         end_record(out, at);
     }
@@ -188,7 +237,7 @@ static void put_header(struct writer *out, unsigned id, unsigned questions) {
 }
 
 static size_t finish(struct writer *out) {
-    /* The lower byte of the number of answers; there are five kinds of records. */
+    /* The lower byte of the number of answers; there are nine at most. */
     out->packet[7] = (uint8_t)out->records;
     return out->size;
 }
@@ -247,11 +296,15 @@ bool net_mdns_may_answer(struct net_mdns *mdns, uint32_t now_us) {
     return true;
 }
 
-size_t net_mdns_announce(const struct net_mdns *mdns, uint8_t packet[NET_MDNS_PACKET]) {
-    struct writer out = {.packet = packet};
+size_t net_mdns_announce(const struct net_mdns *mdns, bool leaves, uint8_t packet[NET_MDNS_PACKET]) {
+    struct writer out = {.packet = packet, .leaves = leaves};
     if (!has_address(mdns))
         return 0;
     put_header(&out, 0, 0);
-    put_records(&out, mdns, mdns->port != 0 ? OURS : HOST);
+    unsigned records = HOST;
+    for (unsigned service = 0; service < SERVICES; service++)
+        if (port_of(mdns, service) != 0)
+            records |= of_service(service, ALL_OF_SERVICE);
+    put_records(&out, mdns, records);
     return finish(&out);
 }

@@ -14,17 +14,25 @@ int net_mdns_open(const char *host, uint16_t port) {
     return net_address_v4(host, port, &here) ? net_socket_udp(&here, true, &error) : -1;
 }
 
-void net_mdns_join(int fd, const struct net_mdns *mdns) {
+static void announce(int fd, const struct net_mdns *mdns, bool leaves) {
     uint8_t packet[NET_MDNS_PACKET];
-    /* Membership belongs to an address: it is joined again, and announced, whenever that changes. */
-    net_socket_join(fd, &group, mdns->address);
-    size_t size = net_mdns_announce(mdns, packet);
+    size_t size = net_mdns_announce(mdns, leaves, packet);
     if (size > 0)
         net_socket_send(fd, &group, packet, size);
 }
 
+void net_mdns_join(int fd, const struct net_mdns *mdns) {
+    /* Membership belongs to an address: it is joined again, and announced, whenever that changes. */
+    net_socket_join(fd, &group, mdns->address);
+    announce(fd, mdns, false);
+}
+
+void net_mdns_leave(int fd, const struct net_mdns *mdns) {
+    announce(fd, mdns, true);
+}
+
 void net_mdns_poll(int fd, struct net_mdns *mdns, uint32_t now_us) {
-    uint8_t query[NET_MDNS_PACKET], answer[NET_MDNS_PACKET];
+    uint8_t query[NET_MDNS_QUERY], answer[NET_MDNS_PACKET];
     for (int i = 0; i < PACKETS_A_POLL; i++) {
         struct net_address from;
         bool unicast;

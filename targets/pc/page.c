@@ -2,6 +2,8 @@
 #include "page.h"
 
 #include "net_connect.h"
+#include "net_mdns_udp.h"
+#include "net_socket.h"
 #include "net_tcp.h"
 #include "port.h"
 
@@ -18,6 +20,7 @@ enum { LOOK_MS = 1000 }; /* browsers that do not get on are noticed by net_http_
 enum {
     POLL_WAKE,
     POLL_LISTENER,
+    POLL_MDNS,
     POLL_PLACES,
     POLL_LINKS = POLL_PLACES + NET_HTTP_PLACES,
     POLL_COUNT = POLL_LINKS + 2 * LINKS
@@ -49,6 +52,8 @@ struct page {
     const char *controller_host, *controller_port;
     enum search search;
     const struct net_http_late *found; /* of the search, while it is handed out */
+    struct net_mdns mdns;
+    int mdns_socket; /* -1: it is not announced */
     struct port_wake wake;
     struct port_poll poll[POLL_COUNT];
 };
@@ -189,6 +194,7 @@ struct page *page_create(const char *name, const char *names, const char *about,
         .name = name, .names = names, .about = about, .find = find_file, .ctx = page, .silent_us = SILENT_US};
     page->find = find;
     page->http.listener = -1;
+    page->mdns_socket = -1;
     page->wake = (struct port_wake){-1, -1};
     return page;
 }
@@ -209,7 +215,20 @@ int page_listen(struct page *page, const char *host, const char *port, char addr
     return error != 0 ? error : -1;
 }
 
+bool page_announce(struct page *page, const struct net_mdns *mdns, const char *host, uint16_t port) {
+    page->mdns = *mdns;
+    page->mdns_socket = net_mdns_open(host, port);
+    if (page->mdns_socket < 0)
+        return false;
+    net_mdns_join(page->mdns_socket, &page->mdns);
+    return true;
+}
+
 void page_close(struct page *page) {
+    if (page->mdns_socket >= 0) {
+        net_mdns_leave(page->mdns_socket, &page->mdns);
+        net_socket_close(page->mdns_socket);
+    }
     for (struct link *link = page->link; link < page->link + LINKS; link++) {
         shut(&link->browser);
         shut(&link->controller);
@@ -240,6 +259,7 @@ static void fill_poll(struct page *page) {
     }
     bool lets_in = net_http_has_room(http, now_us());
     page->poll[POLL_LISTENER] = (struct port_poll){.fd = lets_in ? http->listener : -1, .wanted = PORT_READ};
+    page->poll[POLL_MDNS] = (struct port_poll){.fd = page->mdns_socket, .wanted = PORT_READ};
     page->poll[POLL_WAKE] = (struct port_poll){.fd = page->wake.wait_fd, .wanted = PORT_READ};
 }
 
@@ -252,6 +272,8 @@ enum page_event page_run(struct page *page) {
             return PAGE_FAILED;
         if (port_wake_taken(&page->wake))
             return PAGE_WOKEN;
+        if (page->mdns_socket >= 0)
+            net_mdns_poll(page->mdns_socket, &page->mdns, now_us());
         more = net_http_poll(&page->http, now_us()) || ready > 0; /* a stream that closes is read twice */
         for (struct link *link = page->link; link < page->link + LINKS; link++)
             if (is_open(&link->controller))

@@ -10,6 +10,7 @@
 #define WIFICNC_PC_PAGE_H
 
 #include "net_http.h"
+#include "net_mdns.h"
 
 struct page;
 
@@ -41,6 +42,11 @@ enum page_event {
     PAGE_ASKED, /* a browser asks for the other controllers: page_found() answers it */
     PAGE_FAILED /* waiting did */
 };
+
+/** [after page_listen()] Computers of the network find the page by multicast DNS. @param mdns  is copied
+ *  @param host, port  "0.0.0.0" and NET_MDNS_PORT outside of tests
+ *  @return false: another program has that port for itself */
+bool page_announce(struct page *page, const struct net_mdns *mdns, const char *host, uint16_t port);
 
 /** Serve until something happens. */
 enum page_event page_run(struct page *page);

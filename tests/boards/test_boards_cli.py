@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner, Result
-from generate import boards
+from generate.board_docs import board_page
+from generate.board_schema import board_schema_text
 from wificnc import ui
 from wificnc.app import main, root
 from wificnc.board import paths
@@ -90,7 +91,7 @@ def test_show_tells_pins_risks_and_deviations() -> None:
 
 
 def test_show_lists_what_the_board_lacks() -> None:
-    """With the answer that a program gets; the table of all boards is in docs/boards.md."""
+    """With the answer that a program gets; the site has a table of all boards."""
     shown = run("boards", "show", "esp32-wroom32").stdout
     assert "RC servo ($85): error:135" in shown and "mist coolant (M7, 0xA1): a message once in a program" in shown
     lacking = {row["what"] for row in json.loads(run("boards", "show", "esp32s3-zero", "--json").stdout)["lacks"]}
@@ -211,21 +212,16 @@ def test_picture_of_another_kind_is_refused(tmp_path: Path) -> None:
     assert caught.value.code == 2
 
 
-def test_no_orphan_among_the_pictures() -> None:
-    drawn = {paths.ROOT / path for path in boards.texts(paths.ROOT) if path.endswith(".svg")}
-    assert set((paths.BOARDS / "pinout").glob("*")) == drawn
-
-
 def test_docs_tell_every_deviation_and_every_risk() -> None:
-    text = (paths.DOCS / "boards.md").read_text(encoding="utf-8")
     for path in find_boards():
         board = load_board(path)
+        text = board_page(board)
         assert all(item.why in text for item in board.deviation)
         assert all(reason in text for use in board.uses() for reason in use.wire.allow.values())
 
 
 def test_schema_knows_every_key_and_takes_a_bare_pin() -> None:
-    schema = json.loads((paths.BOARDS / "board.schema.json").read_text(encoding="utf-8"))
+    schema = json.loads(board_schema_text())
     assert set(schema["properties"]) == {field.alias or name for name, field in BoardFile.model_fields.items()}
     assert schema["additionalProperties"] is False
     kinds = [kind["type"] for kind in schema["$defs"]["OutputWire"]["anyOf"]]

@@ -21,6 +21,7 @@ from made_key import pem
 from patience import HANG_S
 from wificnc.board.load import load_board
 from wificnc.build.checkout import checkout_root
+from wificnc.build.environments import ENVIRONMENTS, write_environments
 from wificnc.build.esp32 import (
     CONFIGURATION,
     PACKAGES,
@@ -39,6 +40,7 @@ from wificnc.build.esp32 import (
     slot_bytes,
 )
 from wificnc.build.signing import VARIABLE, default_path, key_header_text, signing_key
+from wificnc.commands import build
 from wificnc.errors import BuildError, Exit
 
 ROOT = checkout_root()
@@ -296,3 +298,26 @@ def test_what_our_interrupts_use_of_esp_idf_stays_in_ram(chip: str) -> None:
         "CONFIG_FREERTOS_PLACE_FUNCTIONS_INTO_FLASH",
     ):
         assert option not in values, f"{option}: ESP-IDF's default has it in RAM"
+
+
+def test_the_environments_are_there_before_platformio_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """PlatformIO reads them first of all. In a fresh tree, and not written again when they are right."""
+
+    def run(plan: object) -> list[str]:
+        assert f"[env:{BOARD.id}-debug]\n" in (tmp_path / ENVIRONMENTS).read_text(encoding="utf-8")
+        raise BuildError("far enough")
+
+    monkeypatch.setattr(build, "checkout_root", lambda: tmp_path)
+    monkeypatch.setattr(build.esp32, "find_platformio", lambda: ("pio",))
+    monkeypatch.setattr(build.esp32, "require_packages", lambda core: None)
+    monkeypatch.setattr(build.esp32, "run_build", run)
+    for _ in range(2):
+        with pytest.raises(BuildError, match="far enough"):
+            build.build_board(BOARD, "debug", clean=False, verbose=False)
+        written = (tmp_path / ENVIRONMENTS).stat().st_mtime_ns
+    write_environments(tmp_path)
+    assert (tmp_path / ENVIRONMENTS).stat().st_mtime_ns == written
+
+
+def test_the_project_includes_the_environments() -> None:
+    assert f"\nextra_configs = {ENVIRONMENTS.as_posix()}\n" in (ROOT / "platformio.ini").read_text(encoding="utf-8")

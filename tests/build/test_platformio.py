@@ -14,6 +14,7 @@ from patience import BUILD_S, HANG_S
 from pio_standins import make_standins
 from wificnc.board.load import find_boards, load_board
 from wificnc.build.checkout import checkout_root
+from wificnc.build.environments import write_environments
 from wificnc.build.mips import COMPILER
 
 pytest.importorskip("platformio")
@@ -25,6 +26,7 @@ def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """PlatformIO's folders for these tests alone."""
     folder = tmp_path_factory.mktemp("pio")
     make_standins(folder / "core")
+    write_environments(ROOT)
     return {
         **os.environ,
         "PLATFORMIO_CORE_DIR": str(folder / "core"),

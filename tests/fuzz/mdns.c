@@ -2,8 +2,8 @@
  * Multicast DNS. Whatever arrives: an answer is a well-formed response that fits into its packet, it is about
  * names of ours that were asked for, label by label, and a response or a damaged query has none.
  *
- * The first byte of the input: 1 from another port than 5353, 2 no telnet, 4 no address. The rest is the
- * packet. */
+ * The first byte of the input: 1 from another port than 5353, 2 no telnet, 4 no address, 8 no page. The
+ * rest is the packet. */
 #include "fuzz.h"
 #include "net_mdns.h"
 
@@ -70,11 +70,12 @@ static bool are_same(const uint8_t *labels, size_t count, const char *const *tex
 }
 
 static bool is_ours(const uint8_t *labels, size_t count) {
-    static const char *const host[] = {name, "local"}, *const service[] = {"_telnet", "_tcp", "local"},
-                             *const instance[] = {name, "_telnet", "_tcp", "local"},
+    static const char *const host[] = {name, "local"}, *const telnet[] = {name, "_telnet", "_tcp", "local"},
+                             *const http[] = {name, "_http", "_tcp", "local"},
                              *const list[] = {"_services", "_dns-sd", "_udp", "local"};
-    return are_same(labels, count, host, 2) || are_same(labels, count, service, 3) ||
-           are_same(labels, count, instance, 4) || are_same(labels, count, list, 4);
+    return are_same(labels, count, host, 2) || are_same(labels, count, telnet + 1, 3) ||
+           are_same(labels, count, telnet, 4) || are_same(labels, count, http + 1, 3) ||
+           are_same(labels, count, http, 4) || are_same(labels, count, list, 4);
 }
 
 /* Whether any of the questions that are looked at has a name of ours. */
@@ -114,7 +115,11 @@ static void check_answer(const uint8_t *answer, size_t size, const uint8_t *quer
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
-    struct net_mdns mdns = {.text = "board=esp32s3-devkitc", .address = {192, 168, 1, 20}, .port = 23};
+    struct net_mdns mdns = {.id = "7cdfa1001a2b",
+                            .board = "esp32s3-devkitc",
+                            .address = {192, 168, 1, 20},
+                            .telnet_port = 23,
+                            .http_port = 80};
     uint8_t answer[NET_MDNS_PACKET];
     bool unicast;
     if (size == 0)
@@ -122,9 +127,11 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size) {
     bool legacy = (data[0] & 1) != 0;
     memcpy(mdns.name, name, sizeof name);
     if ((data[0] & 2) != 0)
-        mdns.port = 0;
+        mdns.telnet_port = 0;
     if ((data[0] & 4) != 0)
         memset(mdns.address, 0, sizeof mdns.address);
+    if ((data[0] & 8) != 0)
+        mdns.http_port = 0;
     const uint8_t *query = data + 1;
     size_t count = net_mdns_answer(&mdns, query, size - 1, legacy, answer, &unicast);
     if (count == 0)

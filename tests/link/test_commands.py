@@ -29,6 +29,11 @@ def run(*arguments: str, stdin: str | None = None) -> Result:
     return result
 
 
+def write(file: Path, text: str) -> Path:
+    file.write_text(text)
+    return file
+
+
 @pytest.fixture
 def target(bridge: Bridge, monkeypatch: pytest.MonkeyPatch) -> Bridge:
     monkeypatch.setenv("WIFICNC_TO", bridge.target)
@@ -106,6 +111,23 @@ def test_a_resume_after_a_restart_is_refused(target: Bridge, tmp_path: Path, mon
     monkeypatch.setattr(Client, "start_id", lambda client: "0000ABCD")
     assert "--start-id" in run(*resume).stderr  # not compared: there is a message
     assert "start-id" not in run(*resume, "--start-id", "0000abcd").stderr
+
+
+def test_a_resume_runs_in_the_work_system_of_the_first_part(target: Bridge, tmp_path: Path) -> None:
+    """The stop of the first part was a reset, which leaves G54."""
+    job = tmp_path / "job.nc"
+    run("send", str(write(tmp_path / "zeros.nc", "G10L2P1X1Y0\nG10L2P2X20Y10\nG55\n")))
+    first = run("send", str(write(job, "G0X1Y2\nG1X5\n")))
+    assert "--began G55" in first.stderr
+    run("send", str(write(tmp_path / "reset.nc", "G54\n")))
+    write(job, "G0X1Y2\nG0X5\n")
+    resume = ("send", str(job), "--from-line", "2", "--yes")
+    for wrong in ("G55M3", "G99", "X5", "G54.5", ""):
+        assert run(*resume, "--began", wrong).exit_code == Exit.USAGE
+    assert "takes G54" in run(*resume).stderr
+    assert target.position_steps()[0] == 6 * 250
+    assert "takes" not in run(*resume, "--began", "g55 G21").stderr
+    assert target.position_steps()[:2] == [25 * 250, 12 * 250]
 
 
 def test_settings(target: Bridge, tmp_path: Path) -> None:

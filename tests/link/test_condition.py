@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 from click.testing import CliRunner
+from generate.states_table import load_states
 from wificnc.app import main, root
 from wificnc.board.load import load_board
 from wificnc.errors import EXIT_WORDS, Exit
@@ -74,9 +75,8 @@ def test_words_of_a_state(state: str, notices: list[str], why: str, lead: str) -
 
 
 def test_every_state_of_the_reports_has_words() -> None:
-    """The names are those of docs/states.md."""
-    page = (Path(__file__).parents[2] / "docs" / "states.md").read_text(encoding="utf-8")
-    names = {line.split("`")[1] for line in page.splitlines() if line.startswith("| [")}
+    """The names are those of protocol/states.toml."""
+    names = {state.report for state in load_states().state}
     assert {"Hold:0", "Door:1", "Alarm"} < names
     for name in names - {"Idle"}:
         assert name in STATES or name.partition(":")[0] in STATES

@@ -18,7 +18,8 @@ from layouts import HOST
 from wificnc.commands.discover import command
 from wificnc.link.discover import SERVICE, TYPE_PTR, Found, controllers, discover, question
 
-PACKET = 768
+PACKET = 960
+PAGE, LIST = "_http._tcp.local", "_services._dns-sd._udp.local"
 A, PTR, TXT, SRV, ANY = 1, 12, 16, 33, 255
 UNICAST = 0x8000
 
@@ -26,9 +27,9 @@ UNICAST = 0x8000
 class Responder:
     """net_mdns.c by ctypes."""
 
-    def __init__(self, address: str = "192.168.4.7", port: int = 23) -> None:
+    def __init__(self, address: str = "192.168.4.7", port: int = 23, page: int = 80) -> None:
         quads = (ctypes.c_uint8 * 4)(*map(int, address.split(".")))
-        self.me = HOST.struct("net_mdns")(b"WiFiCNC-1A2B", b"wificnc=esp32s3-zero", quads, port)
+        self.me = HOST.struct("net_mdns")(b"WiFiCNC-1A2B", b"7cdfa1001a2b", b"esp32s3-zero", quads, port, page)
         self.unicast = False
 
     def answer(self, query: bytes, legacy: bool = False) -> bytes:
@@ -38,9 +39,9 @@ class Responder:
         self.unicast = unicast.value
         return out.raw[:size]
 
-    def announce(self) -> bytes:
+    def announce(self, leaves: bool = False) -> bytes:
         out = ctypes.create_string_buffer(PACKET)
-        size = LIB.net_mdns_announce(ctypes.byref(self.me), out)
+        size = LIB.net_mdns_announce(ctypes.byref(self.me), leaves, out)
         return out.raw[:size]
 
 
@@ -84,6 +85,41 @@ def test_a_question_for_the_service_gets_all_that_a_client_needs() -> None:
     assert not responder.unicast
 
 
+def test_browsers_for_web_servers_find_the_page() -> None:
+    """RFC 6763, 6: strings of key=value; `path` is that of HTTP."""
+    found = records(Responder().answer(zeroconf_question((PAGE, PTR))))
+    instance, host = "wificnc-1a2b._http._tcp.local.", "wificnc-1a2b.local."
+    assert set(found) == {(PAGE + ".", PTR), (instance, SRV), (instance, TXT), (host, A)}
+    assert found[PAGE + ".", PTR].alias.lower() == instance
+    assert found[instance, SRV].port == 80 and found[instance, SRV].server.lower() == host
+    zeroconf = pytest.importorskip("zeroconf")
+    info = zeroconf.ServiceInfo(PAGE + ".", "x." + PAGE + ".", properties=found[instance, TXT].text)
+    assert info.decoded_properties == {"path": "/", "board": "esp32s3-zero", "id": "7cdfa1001a2b"}
+
+
+def test_the_list_has_each_service_that_exists() -> None:
+    def listed(responder: Responder) -> set[str]:
+        packet = responder.answer(zeroconf_question((LIST, PTR)))
+        zeroconf = pytest.importorskip("zeroconf")
+        return {record.alias for record in zeroconf.DNSIncoming(packet).answers()} if packet else set()
+
+    assert listed(Responder()) == {SERVICE + ".", PAGE + "."}
+    assert listed(Responder(page=0)) == {SERVICE + "."} and listed(Responder(port=0)) == {PAGE + "."}
+    assert listed(Responder(port=0, page=0)) == set()
+
+
+def test_the_largest_answer_fits() -> None:
+    """Every record that exists, with the longest texts, to a simple resolver that gets its question back."""
+    responder = Responder()
+    responder.me.name, responder.me.id, responder.me.board = b"N" * 31, b"i" * 31, b"b" * 63
+    name = "n" * 31
+    asked = [(LIST, ANY), (SERVICE, ANY), (PAGE, ANY), (f"{name}.local", ANY), (f"{name}.{SERVICE}", ANY)]
+    packet = responder.answer(zeroconf_question(*asked), legacy=True)
+    zeroconf = pytest.importorskip("zeroconf")
+    incoming = zeroconf.DNSIncoming(packet)
+    assert incoming.valid and len(incoming.answers()) == 9 and len(packet) <= PACKET
+
+
 @pytest.mark.parametrize(
     ("name", "kind", "types"),
     [
@@ -94,7 +130,8 @@ def test_a_question_for_the_service_gets_all_that_a_client_needs() -> None:
         ("_services._dns-sd._udp.local", PTR, {PTR}),
         ("wificnc-1a2c.local", A, set()),
         ("wificnc-1a2b.local", 28, set()),
-        ("_http._tcp.local", PTR, set()),
+        ("wificnc-1a2b._http._tcp.local", SRV, {SRV, A}),
+        ("_ipp._tcp.local", PTR, set()),
     ],
 )
 def test_each_question_gets_its_records_and_others_silence(name: str, kind: int, types: set[int]) -> None:
@@ -102,10 +139,10 @@ def test_each_question_gets_its_records_and_others_silence(name: str, kind: int,
     assert ({key[1] for key in records(packet)} if packet else set()) == types
 
 
-def test_an_io_module_has_a_name_and_no_telnet() -> None:
-    module = Responder(port=0)
+def test_an_io_module_has_a_name_and_no_service() -> None:
+    module = Responder(port=0, page=0)
     assert {key[1] for key in records(module.answer(zeroconf_question(("wificnc-1a2b.local", A))))} == {A}
-    for name in (SERVICE, "_services._dns-sd._udp.local", "wificnc-1a2b._telnet._tcp.local"):
+    for name in (SERVICE, PAGE, LIST, "wificnc-1a2b._telnet._tcp.local", "wificnc-1a2b._http._tcp.local"):
         assert module.answer(zeroconf_question((name, ANY))) == b""
     assert {key[1] for key in records(module.announce())} == {A}
 
@@ -137,6 +174,13 @@ def test_an_announcement_holds_everything_and_without_address_there_is_none() ->
     assert {key[1] for key in records(Responder().announce())} == {A, PTR, TXT, SRV}
     silent = Responder("0.0.0.0")
     assert silent.announce() == b"" and silent.answer(question(SERVICE, TYPE_PTR)) == b""
+
+
+def test_who_leaves_takes_every_record_out_of_the_caches() -> None:
+    """RFC 6762, 10.1: a time to live of 0."""
+    here, gone = records(Responder().announce()), records(Responder().announce(leaves=True))
+    assert set(here) == set(gone) and len(gone) == 7
+    assert {record.ttl for record in gone.values()} == {0} and 0 not in {record.ttl for record in here.values()}
 
 
 def test_responses_are_not_answered() -> None:

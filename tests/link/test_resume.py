@@ -213,3 +213,20 @@ def test_known_offsets_make_g53_known() -> None:
 def test_stored_offsets_are_mentioned() -> None:
     resume = plan_resume(LIBRARY, program_of("G10L2P1X0Y0Z0\nG0X1Y1Z1\nG0X2\n"), 3, TOLD)
     assert "G10" in resume.notes[0]
+
+
+@pytest.mark.parametrize("facts", [FACTS, TOLD], ids=["offsets unknown", "offsets known"])
+@pytest.mark.parametrize("modes", [("G55", "F100"), ("G57", "G20", "G91", "G18", "F300")], ids="".join)
+def test_a_job_resumes_in_the_modes_in_which_it_began(facts: MachineFacts, modes: tuple[str, ...]) -> None:
+    """A program that does not set them takes them from the controller, where a stop by reset has left others."""
+    code = "G90X1Y1\nX2Y3\nX4\n"
+    began = replace(facts, modes=modes)
+    first = program_of("".join(modes) + "\n")
+    whole = state_after((*first.lines, *program_of("G1" + code).lines), facts)
+    resume = plan_resume(LIBRARY, program_of("G1" + code), 3, began)
+    assert_same(state_after(resume.lines, facts), whole)
+
+
+def test_modes_that_no_line_can_have_are_refused() -> None:
+    with pytest.raises(JobError, match="modes in which the job began"):
+        plan_resume(LIBRARY, program_of("G0X1\nX2\n"), 2, replace(FACTS, modes=("G54", "G55")))

@@ -156,7 +156,7 @@ def test_a_device_without_a_scheme() -> None:
 
 def test_the_login_of_a_start_page_asks_at_the_port_of_a_board() -> None:
     """It asked at that of `wificnc serve`, which no board opens."""
-    page = (checkout_root() / "docs/start/esp32-wroom32.md").read_text(encoding="utf-8")
+    page = (checkout_root() / "docs/start/esp32.md").read_text(encoding="utf-8")
     found = re.search(r"^wificnc login (\S+)", page, re.MULTILINE)
     assert found and parse_target(found[1]) == NetworkTarget("192.168.1.20", BOARD_PORT)
 

@@ -170,6 +170,25 @@ def test_the_package_carries_firmware_that_flash_takes(dist: Path, tree: Tree) -
     assert not any("test" in Path(name).parts for name in in_wheel if "/core/" in name)
 
 
+def test_the_package_index_takes_the_package(dist: Path) -> None:
+    """Metadata, and a description that it can show: PyPI's own checks, where a warning counts, too."""
+    names = ("wificnc", "wificnc_chips")
+    packages = [dist / f"{name}-{__version__}{suffix}" for name in names for suffix in ("-py3-none-any.whl", ".tar.gz")]
+    command = [sys.executable, "-m", "twine", "--no-color", "check", "--strict", *map(str, packages)]
+    run = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert run.returncode == 0 and run.stdout.count("PASSED") == len(packages), run.stdout + run.stderr
+
+
+def test_the_description_leads_somewhere(dist: Path) -> None:
+    """On PyPI there is no repository around it: its pictures and links are whole addresses, or it has none."""
+    with zipfile.ZipFile(asset(dist, "-py3-none-any.whl")) as wheel:
+        text = wheel.read(f"wificnc-{__version__}.dist-info/METADATA").decode()
+    headers, _, description = text.partition("\n\n")
+    assert {"Description-Content-Type: text/markdown", "License-Expression: MIT"} <= set(headers.splitlines())
+    links = re.findall(r"\]\(([^)]+)\)", description)
+    assert "pip install" in description and [link for link in links if not link.startswith("https://")] == []
+
+
 def test_the_virtual_chips_are_another_package(dist: Path) -> None:
     """Of the same version, which it requires; neither has files of the other one, and no tests."""
     with zipfile.ZipFile(asset(dist, "-py3-none-any.whl")) as command, zipfile.ZipFile(dist / CHIPS) as other:

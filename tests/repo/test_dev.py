@@ -52,6 +52,7 @@ def test_each_command_has_its_tests(ran: list[list[str]], words: list[str], chos
     assert dev.main(words) == 0
     assert [row for row in ran if row != ["compile tests"]] == [
         ["set up .venv dev"],
+        ["-m", "generate.built"],
         ["-m", "wificnc", "build", "host"],
         [*PYTEST, *chosen],
     ]
@@ -105,7 +106,14 @@ def test_demo_needs_no_tools_of_developers(ran: list[list[str]]) -> None:
 
 def test_lint_takes_names(ran: list[list[str]]) -> None:
     assert dev.main(["lint", "ruff", "house"]) == 0
-    assert ran[1:] == [["-m", "lint", "ruff", "house"]]
+    assert ran[1:] == [["-m", "generate.built"], ["-m", "lint", "ruff", "house"]]
+
+
+def test_a_wrong_table_ends_it(ran: list[list[str]], monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(dev, "run", lambda command, folder=ROOT: ran.append([*map(str, command)]) or 1)
+    for words in (["test"], ["lint"], ["setup"]):
+        assert dev.main(words) == 1
+        assert ran.pop()[1:] == ["-m", "generate.built"] and ran.pop()[0].startswith("set up")
 
 
 def test_a_wrong_word_is_refused(ran: list[list[str]], capsys: pytest.CaptureFixture[str]) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 from generate.board_start import index_text
-from generate.install import PAGE, install_lines
+from generate.install import PAGE, README, install_lines, readme_text
 from tools_here import needs_git
 from wificnc.build.checkout import checkout_root
 
@@ -29,7 +29,11 @@ def test_no_other_page_has_an_install_line() -> None:
     found = []
     for name in listed:
         path = ROOT / name
-        if name == PAGE or name.startswith(BUILD_TOOLS) or path.suffix not in (".md", ".py", ".j2", ".html", ".ts"):
+        if (
+            name in (PAGE, README)
+            or name.startswith(BUILD_TOOLS)
+            or path.suffix not in (".md", ".py", ".j2", ".html", ".ts")
+        ):
             continue
         found += [f"{name}: {line}" for line in lines_of(path.read_text(encoding="utf-8"))]
     assert found == []
@@ -48,6 +52,12 @@ def test_the_page_has_the_lines_of_each_system() -> None:
         assert f"\n{line}\n" in section, system
 
 
+def test_the_readme_has_the_lines_of_the_table_and_no_others() -> None:
+    text = (ROOT / README).read_text(encoding="utf-8")
+    assert readme_text() in text
+    assert set(lines_of(text.replace(readme_text(), ""))) == set()
+
+
 def test_pages_of_boards_link_to_it() -> None:
     for path in [*(ROOT / "docs/start").glob("*.md"), ROOT / "docs/esp32.md"]:
         assert path.name == Path(PAGE).name or "README.md#install-wificnc" in path.read_text(encoding="utf-8"), path
@@ -57,4 +67,4 @@ def test_the_index_replaces_the_file_on_all_systems() -> None:
     files, index = install_lines(False), install_lines(True)
     assert files.keys() == index.keys() and not any(".whl" in line for line in index.values())
     assert all(".whl" in line for line in files.values())
-    assert "wificnc" in index_text("boards")
+    assert "wificnc" in index_text()

@@ -50,6 +50,11 @@ def recipes() -> dict[str, list[Block]]:
 
 
 RECIPES = recipes()
+PAGE_OF_BOARD = """
+from pathlib import Path
+from pages.site import site_texts
+print(site_texts(Path())["docs/boards/my-mill.md"])
+"""
 
 
 def edited(text: str, diff: str) -> str:
@@ -98,15 +103,20 @@ def python(tree: Path, *arguments: str, ok: bool = True) -> str:
     return run(tree, sys.executable, *arguments, ok=ok)
 
 
-@pytest.fixture(scope="module")
-def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A copy with all recipes done, and generated."""
-    copy = tmp_path_factory.mktemp("recipes")
+def copy_tree(copy: Path) -> None:
+    """What git keeps and these tests need."""
     listed = subprocess.run(["git", "ls-files"], cwd=ROOT, capture_output=True, text=True, check=True).stdout
     for path in listed.splitlines():
         if (ROOT / path).is_file() and (path.startswith(NEEDED) or not path.startswith(LEFT_OUT)):
             (copy / path).parent.mkdir(parents=True, exist_ok=True)
             shutil.copy2(ROOT / path, copy / path)
+
+
+@pytest.fixture(scope="module")
+def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy with all recipes done, and generated."""
+    copy = tmp_path_factory.mktemp("recipes")
+    copy_tree(copy)
     (copy / "build").mkdir()
     quick_compiler(copy / "build")
     for blocks in RECIPES.values():
@@ -154,7 +164,7 @@ def test_the_setting(tree: Path, results: dict[str, Any]) -> None:
     assert "$99=1\r\n" in results["$$"]["said"]
     assert "|Up:3>" in results["?"]["said"]
     assert "| $99 | `report_uptime` |" in (tree / "docs/settings.md").read_text(encoding="utf-8")
-    assert '"name": "report_uptime"' in (tree / "web/src/generated/tables.json").read_text(encoding="utf-8")
+    assert '"name": "report_uptime"' in (tree / "build/generated/tables.json").read_text(encoding="utf-8")
 
 
 def test_the_error(tree: Path, results: dict[str, Any]) -> None:
@@ -187,13 +197,50 @@ def test_the_board(tree: Path) -> None:
     assert '"My mill"' in python(tree, "-m", "wificnc", "dev", "pins", "my-mill")
     for path, line in {
         "platformio.ini": "[env:my-mill-debug]",
-        "README.md": "| `my-mill` | XYZ |",
-        "mkdocs.yml": '"My mill": docs/start/my-mill.md',
-        "docs/boards.md": "[my-mill](#my-mill)",
-        "docs/start/my-mill.md": "wificnc flash my-mill",
-        "boards/pinout/my-mill.svg": "<svg",
+        "boards.json": '"My mill"',
+        "pinout/my-mill.svg": "<svg",
     }.items():
-        assert line in (tree / path).read_text(encoding="utf-8"), path
+        assert line in (tree / "build/generated" / path).read_text(encoding="utf-8"), path
+    page = python(tree, "-c", PAGE_OF_BOARD)
+    assert "wificnc flash my-mill" in page and "## Every pin" in page
+
+
+def kept(tree: Path) -> dict[str, bytes]:
+    """Contents of all files that git would keep."""
+    files = (path for path in tree.rglob("*") if path.is_file() and path.suffix != ".pyc")
+    names = {path.relative_to(tree).as_posix(): path for path in files}
+    return {name: path.read_bytes() for name, path in names.items() if not name.startswith("build/")}
+
+
+def changed_by(title: str, tree: Path) -> set[str]:
+    """Names of the files that git would keep, and that a recipe and `make generate` change."""
+    copy_tree(tree)
+    before = kept(tree)
+    for block in RECIPES[title]:
+        apply(tree, block)
+    python(tree, "-m", "generate")
+    python(tree, "-m", "generate", "--check")
+    after = kept(tree)
+    return {name for name in before | after if before.get(name) != after.get(name)}
+
+
+def test_a_board_is_one_file(tmp_path: Path) -> None:
+    assert changed_by("A board", tmp_path) == {"boards/my-mill.toml"}
+
+
+def test_a_setting_is_its_row_and_its_use(tmp_path: Path) -> None:
+    """By hand; the others are written. No language needs its words."""
+    edited_by_hand = {block.path for block in RECIPES["A setting"]}
+    names = "from pathlib import Path; from generate.__main__ import GENERATORS as all; "
+    written = json.loads(
+        python(ROOT, "-c", names + "import json; print(json.dumps([name for one in all for name in one(Path())]))")
+    )
+    assert edited_by_hand < changed_by("A setting", tmp_path) <= edited_by_hand | set(written)
+
+
+def test_the_translation(tree: Path) -> None:
+    words = json.loads((tree / "web/words/tables.de.json").read_text(encoding="utf-8"))
+    assert words["report uptime"] == "Laufzeit melden"
 
 
 def test_the_kinematics(tree: Path, results: dict[str, Any]) -> None:

@@ -4,18 +4,25 @@ from __future__ import annotations
 
 import re
 import shutil
+from html import unescape
 from html.parser import HTMLParser
 from pathlib import Path
 
+import click
 import pytest
+from generate.board_docs import board_page
+from lint.english import check_text
 from pages.build import build
+from pages.site import site_texts, with_tables
 from pages.stage import collect
-from wificnc.app import COMMANDS
+from wificnc.app import COMMANDS, root
+from wificnc.board.load import find_boards, load_board
 from wificnc.build.checkout import checkout_root
 from wificnc.link.words import ALARMS, ERRORS
 from wificnc.protocol.table import load_settings
 
 ROOT = checkout_root()
+BOARDS = [path.stem for path in find_boards()]
 ADVICE = sorted((ROOT / "docs").glob("**/*.md"))
 TROUBLE = (ROOT / "docs" / "troubleshooting.md").read_text()
 LOADING = {"script": "src", "img": "src", "iframe": "src", "link": "href", "source": "src", "object": "data"}
@@ -61,6 +68,32 @@ def test_no_page_asks_another_server(site: Path) -> None:
         assert not re.search(r"(url\(|@import)\s*['\"]?(https?:)?//", sheet.read_text()), sheet.name
 
 
+def test_each_board_has_its_page_and_picture(site: Path) -> None:
+    overview, start = [(site / f"docs/{page}.html").read_text() for page in ("boards", "start/index")]
+    for board in BOARDS:
+        assert '<img alt="Pin-out of' in (site / f"docs/boards/{board}.html").read_text(), board
+        assert (site / f"docs/boards/{board}.svg").is_file()
+        assert f'href="boards/{board}.html"' in overview
+        assert board.startswith("host") or f'href="../boards/{board}.html"' in start
+
+
+def test_a_region_without_a_table_is_found() -> None:
+    page = "a\n<!-- site: cells -->\nelsewhere\n<!-- site: end -->\nb\n"
+    assert with_tables(page, {"cells": "| x |"}) == "a\n| x |\nb\n"
+    with pytest.raises(KeyError, match="cells"):
+        with_tables(page, {"boards": ""})
+
+
+def test_no_region_is_left_on_the_site(tree: Path) -> None:
+    for name, text in site_texts(tree).items():
+        assert "<!-- site:" not in text, name
+
+
+def test_the_pages_of_boards_are_plain_english() -> None:
+    """The lint reads what git keeps."""
+    assert [found for path in find_boards() for found in check_text(path, board_page(load_board(path)))] == []
+
+
 @pytest.mark.slow
 def test_what_leads_nowhere_is_found(tree: Path) -> None:
     """A page, an anchor, a file, a picture; and a page that the menu does not have."""
@@ -76,6 +109,25 @@ def test_what_leads_nowhere_is_found(tree: Path) -> None:
         orphan.unlink()
     for wanted in ("nowhere.md", "nonsense", "nowhere.c", "nowhere.png", "orphan.md"):
         assert any(wanted in problem for problem in problems), wanted
+
+
+def test_the_site_has_the_help_of_each_command(site: Path) -> None:
+    """Names, options and texts, as click itself has them."""
+    page = unescape(re.sub(r"<[^>]+>", "", (site / "docs" / "commands.html").read_text()))
+    assert "Sentinel" not in page and "\b" not in page
+
+    def look(command: click.Command, path: str, parent: click.Context) -> int:
+        ctx = click.Context(command, info_name=path.split()[-1], parent=parent)
+        assert f"\n{path} [" in page, path
+        for param in command.params:
+            for name in (*param.opts, *param.secondary_opts) if isinstance(param, click.Option) else ():
+                assert name in page, f"{path} {name}"
+        children = command.list_commands(ctx) if isinstance(command, click.Group) else []
+        found = [(name, child) for name in children if (child := command.get_command(ctx, name)) and not child.hidden]  # type: ignore[attr-defined]
+        return 1 + sum(look(child, f"{path} {name}", ctx) for name, child in found)
+
+    with click.Context(root, info_name="wificnc") as ctx:
+        assert sum(look(root.get_command(ctx, name), f"wificnc {name}", ctx) for name in COMMANDS) > 50  # type: ignore[arg-type]
 
 
 def test_messages_quoted_are_said_by_the_firmware() -> None:

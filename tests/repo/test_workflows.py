@@ -14,8 +14,9 @@ from typing import Any
 import yaml
 from installed import install, missing
 from patience import HANG_S
-from wificnc.board.load import load_board
+from wificnc.board.load import find_boards, load_board
 from wificnc.build.checkout import checkout_root
+from wificnc.build.environments import environments_text
 from wificnc.build.platforms import PLATFORMS
 
 ROOT = checkout_root()
@@ -100,7 +101,7 @@ def test_the_matrix_is_every_board_with_an_esp32(tmp_path: Path) -> None:
     )
     said = dict(line.split("=", 1) for line in output.read_text().splitlines())
     ids, chips = json.loads(said["ids"]), json.loads(said["chips"])
-    text = (ROOT / "platformio.ini").read_text()
+    text = environments_text([load_board(path) for path in find_boards()], ROOT)
     assert sorted(ids) == sorted(re.findall(r"^\[env:(\S+)\]\nextends = esp32$", text, re.MULTILINE))
     assert chips == {name: load_board(name).chip for name in ids}
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import html
 import re
 from itertools import product
 from pathlib import Path
 
 import pytest
-from generate.states import OUTPUT, document
+from generate.states import CODE, COLUMNS, OUTPUT, cells_html, document
 from generate.states_table import BYTES, PATH, Table, load_states, parse_states
 from generate.wire_table import WireTable, parse_wire
 from state_machine import SITUATIONS
@@ -19,6 +20,7 @@ ROOT = Path(__file__).parents[2]
 TABLE = load_states()
 WIRE = parse_wire((ROOT / "protocol/wmc3.toml").read_text(encoding="utf-8"), load_settings(), load_nvs())
 TEXT = PATH.read_text(encoding="utf-8")
+NOTHING = ("", "unchanged", "unchanged", "unchanged")
 
 
 def source(name: str) -> str:
@@ -113,8 +115,25 @@ def test_every_state_is_walked_from() -> None:
     assert {situation.split(",")[0] for situation in SITUATIONS} == set(TABLE.states)
 
 
-def test_the_document_is_fresh() -> None:
-    assert (ROOT / OUTPUT).read_text(encoding="utf-8") == document(TABLE)
+def test_the_document_is_fresh_and_has_each_state() -> None:
+    text = (ROOT / OUTPUT).read_text(encoding="utf-8")
+    assert text == document(TABLE)
+    assert re.findall(r"^\| (\w+) \| `", text, re.MULTILINE) == [state.name for state in TABLE.state]
+
+
+def test_the_site_has_each_cell_that_does_something() -> None:
+    """Each as many times as it has variants; inputs with the same rule share a row."""
+    rows = re.findall(r"<tr><td>(.*)</td></tr>", cells_html(TABLE))
+    found = {state: {row for row in rows if row.startswith(f"{state}</td>")} for state in TABLE.states}
+    for state, name in product(TABLE.states, TABLE.inputs):
+        rules = TABLE.variants(state, name)
+        acts = any((rule.answer, rule.next, rule.motion, rule.outputs) != NOTHING for rule in rules)
+        entry = TABLE.inputs[name]
+        shown = CODE.sub(r"<code>\1</code>", html.escape(entry.help, quote=False))
+        lines = "any line" if entry.line is not None else shown
+        assert not acts or any(shown in row or lines in row for row in found[state]), (state, name)
+    assert len([row for row in rows if row.startswith("tool</td>")]) == len(TABLE.tool)
+    assert all(row.count("<td>") == len(COLUMNS) - 1 for row in rows)
 
 
 # ---- the checks above find what is missing ----

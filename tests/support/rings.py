@@ -66,6 +66,7 @@ EXCEPTIONS = {
         "fuzz/test_fuzz.py::test_without_clang_it_says_what_to_install",
         "linuxcnc/test_linuxcnc_source.py::test_sudo_only_when_it_is_wanted",
         "link/test_doctor.py::test_addresses_become_places_in_the_sources",
+        "motion/test_motion_pictures.py",
         "repo/test_dev.py::test_each_test_file_is_compiled_once_and_not_again",
         "repo/test_patience.py::test_a_program_under_test_gets_its_signals_whatever_we_inherit",
         "sim/test_sim_cli.py::test_help_needs_neither_numpy_nor_matplotlib",

@@ -43,6 +43,14 @@ class Console:
     def by(self, test_id: str) -> Locator:
         return self.page.locator(f"[data-test='{test_id}']")
 
+    def press(self, test_id: str) -> None:
+        """Until it is taken: what has just appeared, moved or changed takes no presses for a moment."""
+        self.by(test_id).click()
+        sign = self.page.locator(f"[data-test='{test_id}'][data-ignored]")
+        while sign.count():
+            expect(sign).to_have_count(0)
+            self.by(test_id).click()
+
     def tab(self, name: str) -> None:
         self.page.click(f"#tab-{name}")
 

@@ -71,6 +71,7 @@ STORIES = {
         *("every_tab", "what_a_job_forbids", "every_dialog_fits_the_screen", "the_first_load_is_small"),
         "the_path_in_three_dimensions",
     ),
+    "test_states_table_page.py": ("rows_are_found_by_state_and_words",),
 }
 
 

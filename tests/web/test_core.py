@@ -39,7 +39,8 @@ OFFSETS = {
     "G54": (5.0, 6.0, -7.0), **{f"G{n}": (0.0, 0.0, 0.0) for n in (55, 56, 57, 58, 59)},
     "G28": (1.0, 2.0, 3.0), "G30": (0.0, 0.0, 0.0), "G92": (0.0, 0.0, 0.0), "TLO": (0.0,),
 }  # fmt: skip
-FACTS = MachineFacts(3, tuple(mm - off for mm, off in zip(HERE_MM, OFFSETS["G54"], strict=True)), HERE_MM, OFFSETS)
+WORK_MM = tuple(mm - off for mm, off in zip(HERE_MM, OFFSETS["G54"], strict=True))
+FACTS = MachineFacts(3, WORK_MM, HERE_MM, OFFSETS, modes=("G55", "F750"))
 MODES = """G21 G90 G17 G54
 T3
 S12000 M3
@@ -172,5 +173,5 @@ def _resume(program: Program, name: str, text: str, line: int) -> dict[str, obje
         first = plan.rest[0].code
     except JobError:
         preamble, first = None, None
-    facts = {**asdict(FACTS), "axisCount": FACTS.axis_count}
+    facts = {**asdict(FACTS), "axisCount": FACTS.axis_count, "modes": " ".join(FACTS.modes)}
     return {"name": name, "source": text, "line": line, "facts": facts, "preamble": preamble, "first": first}

@@ -71,6 +71,31 @@ def test_the_work_system_that_a_job_leaves(socket_link: Callable[..., Console]) 
     expect(console.page.get_by_label("Work system")).to_have_value("G56")
 
 
+def test_a_job_that_names_no_work_system_is_resumed_in_its_own(socket_link: Callable[..., Console]) -> None:
+    """Its stop leaves G54 and no tool length."""
+    console = socket_link()
+    typed(console, "G10L2P2X50")
+    typed(console, "G55G43.1Z3.2")
+    console.tab("control")
+    console.knows("G55")
+    load(console, "G21G90\nG1X20F600\nX30\n")
+    console.clock(SLOW)
+    console.by("job-start").click()
+    console.is_in("Run")
+    console.by("job-stop").click()
+    console.clock(1.0)
+    expect(console.page.get_by_text("The job was stopped")).to_be_visible()
+    console.is_in("Idle")
+    console.by("run-again").click()
+    dialog = console.page.get_by_role("dialog")
+    expect(dialog).to_contain_text("The job ran in G55, and the machine is in G54 now.")
+    expect(dialog).to_contain_text("The tool length of the job (3.200) is not in force any more")
+    dialog.get_by_role("button", name="Cancel").click()
+    console.by("resume-plan").click()
+    expect(console.by("resume-preamble")).to_contain_text("G21G90G94G17G55")
+    expect(dialog).to_contain_text("The tool length of the job (3.200) is not in force any more")
+
+
 def test_a_setting_of_the_terminal_is_seen_by_the_settings(socket_link: Callable[..., Console]) -> None:
     console = socket_link()
     typed(console, "$110=4321")

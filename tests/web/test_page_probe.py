@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 
 import pytest
-from console_page import SLOW, Console, typed
+from console_page import SLOW, Console, load, typed
 from playwright.sync_api import expect
 
 pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
@@ -99,3 +99,60 @@ def test_an_edge_that_is_not_found_measures_no_rotation(socket_link: Callable[..
     console.page.screenshot(path="build/tests/probe-rotation.png")
     console.by("probe-start").click()
     expect(console.page.get_by_text("The probe found nothing on its way along X")).to_be_visible()
+
+
+PROBE_SLOW = 0.2  # of real time: a jog of 2 mm takes 4 s
+
+
+def test_a_cycle_ends_when_its_jog_is_stopped_at_the_machine(socket_link: Callable[..., Console]) -> None:
+    console = socket_link(speed=4.0)
+    console.by("probe-plate").click()
+    probe_tested(console)
+    assert console.hands("surface -1") == "ok"
+    console.clock(PROBE_SLOW)
+    console.by("probe-start").click()
+    console.is_in("Jog")
+    assert console.hands("hold") == "ok"
+    expect(console.page.get_by_text("Stopped by another client or at the machine")).to_be_visible()
+    expect(console.page.get_by_text("The work zero is as before: nothing was set.")).to_be_visible()
+    console.is_in("Idle")
+    expect(console.by("probe-start")).to_be_enabled()
+
+
+def test_a_cycle_ends_when_the_parked_job_is_resumed(socket_link: Callable[..., Console]) -> None:
+    console = socket_link(speed=4.0)
+    load(console, "G21G90\nM0\nG1X2F600\n")
+    console.by("job-start").click()
+    console.is_in("Hold")
+    console.by("park").click()
+    expect(console.page.get_by_text("Parked: the job waits for Resume")).to_be_visible()
+    console.tab("control")
+    console.by("probe-plate").click()
+    probe_tested(console)
+    assert console.hands("surface -1") == "ok"
+    console.by("probe-start").click()
+    expect(console.by("probe-stop")).to_be_enabled()
+    assert console.hands("start") == "ok"
+    expect(console.page.get_by_text("The job was resumed at the machine or by another client")).to_be_visible()
+    console.is_in("Idle")
+    console.page.keyboard.press("Escape")
+    console.stands_at(X=2, Z=0)
+
+
+def test_a_cycle_that_is_stopped_leaves_work_system_and_tool_length(socket_link: Callable[..., Console]) -> None:
+    console = socket_link()
+    typed(console, "G55G20G43.1Z0.5")
+    console.tab("control")
+    console.knows("G55", "G20")
+    console.by("probe-plate").click()
+    probe_tested(console)
+    console.clock(SLOW)
+    console.by("probe-start").click()
+    console.is_in("Run")
+    console.by("probe-stop").click()
+    expect(console.page.get_by_text("Stopped by hand.")).to_be_visible()
+    console.clock(1.0)
+    console.page.keyboard.press("Escape")
+    console.knows("G55", "G20", "G90")
+    typed(console, "$#")
+    expect(console.by("terminal")).to_contain_text("[TLO:12.700]")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import http.client
 import json
+import re
 import socket
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -12,6 +13,7 @@ from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
+from layouts import HOST
 from patience import HANG_S
 from playwright.sync_api import expect
 from web_fixture import Watched, serving
@@ -19,6 +21,7 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from wificnc.errors import LinkError, ServeError, UserError
 from wificnc.link.discover import Found
+from wificnc.serve.announce import Announced, announced
 from wificnc.serve.options import Address, parse_host_name
 from wificnc.serve.page import About, PageServer
 from wificnc.serve.server import Server
@@ -125,6 +128,56 @@ def test_other_controllers_are_found_for_the_browser(tmp_path: Path, folder: Pat
             status, headers, body = get(page, "/api/discover")
     assert (status, headers["Content-Type"]) == (200, "application/json")
     assert json.loads(body) == [{"name": "wificnc-1a2b", "address": "192.168.1.20", "board": "esp32s3-zero"}]
+
+
+def test_the_network_finds_the_page(folder: Path) -> None:
+    """By multicast DNS: asked as a simple resolver asks, the packet read by zeroconf."""
+    zeroconf, const = pytest.importorskip("zeroconf"), pytest.importorskip("zeroconf.const")
+    me = announced(Address("192.0.2.7", 0), 8080, "host")
+    assert me is not None
+    me.address[:] = (127, 0, 0, 1)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        mdns = Address(*free.getsockname())
+    with (
+        PageServer(Address("127.0.0.1", 0), None, ABOUT, folder, announce=lambda *_: me, mdns=mdns) as page,
+        socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as asking,
+    ):
+        assert page.found_by_name
+        query = zeroconf.DNSOutgoing(const._FLAGS_QR_QUERY)
+        query.add_question(zeroconf.DNSQuestion("_http._tcp.local.", const._TYPE_PTR, const._CLASS_IN))
+        asking.settimeout(HANG_S)
+        asking.sendto(query.packets()[0], (mdns.host, mdns.port))
+        found = {record.type: record for record in zeroconf.DNSIncoming(asking.recv(2000)).answers()}
+    assert found[const._TYPE_SRV].port == 8080
+    assert found[const._TYPE_TXT].text.startswith(b"\x06path=/\x0aboard=host")
+    assert socket.inet_ntoa(found[const._TYPE_A].address) == "127.0.0.1"
+
+
+def test_a_page_of_this_computer_alone_is_not_announced(folder: Path) -> None:
+    with page_of(None, folder) as page:
+        assert page.found_by_name is None
+    for host in ("127.0.0.1", "localhost", "::1", "::"):
+        assert announced(Address(host, 0), 8080, "host") is None
+
+
+@pytest.mark.parametrize(("own", "address"), [("192.0.2.9", [192, 0, 2, 9]), ("", None), ("127.0.0.1", None)])
+def test_a_page_at_all_addresses_is_announced_with_that_of_the_network(
+    monkeypatch: pytest.MonkeyPatch, own: str, address: list[int] | None
+) -> None:
+    monkeypatch.setattr("wificnc.serve.announce._own_address", lambda: own)
+    found = announced(Address("0.0.0.0", 0), 8080, "host")
+    assert (list(found.address) if found else None) == address
+
+
+def test_two_pages_of_a_computer_have_two_names() -> None:
+    one, other = (announced(Address("192.0.2.7", 0), port, "host") for port in (8080, 65535))
+    assert one and other and one.name != other.name and len(other.name) <= 31
+    assert re.fullmatch(rb"WiFiCNC-[A-Za-z0-9-]+", other.name)
+    theirs = HOST.struct("net_mdns")
+    assert [(name, getattr(theirs, name).offset) for name, _ in theirs._fields_] == [
+        (name, getattr(Announced, name).offset) for name, _ in Announced._fields_
+    ]
 
 
 def test_no_network_to_look_in_is_said(tmp_path: Path, folder: Path) -> None:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import json
+import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
+from generate.page_tables import board_tables
 from wificnc.board.header import pin_header_text
 from wificnc.board.load import find_boards, load_board
 from wificnc.build.checkout import checkout_root
@@ -13,7 +16,6 @@ from wificnc.machine.load import find_machines, load_machine
 
 from web.build import install_packages, missing_tools, run_npm
 
-ROOT = Path(__file__).resolve().parents[2]
 ESP32_BOARDS = [path.stem for path in find_boards() if load_board(path).target == "esp32"]
 
 
@@ -61,12 +63,32 @@ def test_units(tmp_path: Path) -> None:
     assert result["numPassedTests"] > 0
 
 
+def test_without_python_and_tables_npm_says_what_to_run(tmp_path: Path) -> None:
+    """In a clone that nothing was set up in. Tables that are there are used."""
+    if why := missing_tools():
+        pytest.skip(why)
+    script = tmp_path / "web/build/tables.js"
+    script.parent.mkdir(parents=True)
+    shutil.copyfile(checkout_root() / "web/build/tables.js", script)
+    (tmp_path / "web/package.json").write_text('{"type": "module"}')
+    (tmp_path / "tools").mkdir()
+
+    def run() -> subprocess.CompletedProcess[str]:
+        argv = [str(shutil.which("node")), str(script)]
+        return subprocess.run(argv, env={"PATH": str(tmp_path)}, capture_output=True, text=True, check=False)
+
+    refused = run()
+    assert refused.returncode != 0 and "Run `python tools/dev.py setup`" in refused.stderr
+    (tmp_path / "build/generated").mkdir(parents=True)
+    (tmp_path / "build/generated/.stamp").touch()
+    assert run().returncode == 0
+
+
 @pytest.mark.alike(6)
 @pytest.mark.parametrize("board_id", ESP32_BOARDS)
 @pytest.mark.parametrize("kind", ["output", "input"])
 def test_the_page_allows_the_pins_that_the_firmware_allows(board_id: str, kind: str) -> None:
-    boards = json.loads((ROOT / "web/src/generated/boards.json").read_text())
-    board = next(row for row in boards if row["id"] == board_id)
+    (board,) = board_tables([load_board(board_id)])
     allowed = [f"{pin['number']}u" for pin in board["pins"] if pin[kind] is None]
     define = f"BOARD_FREE_{kind.upper()}_PINS"
     line = next(line for line in pin_header_text(load_board(board_id)).splitlines() if define in line)

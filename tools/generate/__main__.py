@@ -1,4 +1,5 @@
-"""Write every generated file of the repository that differs from its sources; with --check, only name those."""
+"""Write every generated file that differs from its sources. With --check, write nothing, and name those that git keeps;
+what git does not keep is built.py's."""
 
 from __future__ import annotations
 
@@ -9,7 +10,23 @@ from pathlib import Path
 
 from pydantic import ValidationError
 
-from generate import boards, codes, files, kinds, lights, nvs, page, settings, states, tmc, version, vfd, wire, words
+from generate import (
+    boards,
+    built,
+    codes,
+    files,
+    install,
+    kinds,
+    lights,
+    nvs,
+    settings,
+    states,
+    tmc,
+    version,
+    vfd,
+    wire,
+    words,
+)
 
 ROOT = Path(__file__).resolve().parents[2]
 GENERATORS: tuple[Callable[[Path], files.Texts], ...] = (
@@ -25,7 +42,7 @@ GENERATORS: tuple[Callable[[Path], files.Texts], ...] = (
     states.texts,
     nvs.texts,
     words.texts,
-    page.texts,
+    install.texts,
 )
 
 
@@ -35,7 +52,7 @@ def main(argv: Sequence[str] | None = None, root: Path = ROOT) -> int:
     parser.add_argument("--check", action="store_true", help="write nothing, fail if a file is stale")
     check: bool = parser.parse_args(argv).check
     try:
-        return run(GENERATORS, root, check)
+        return run(GENERATORS, root, check) if check else run(GENERATORS, root) or built.main(root)
     except ValidationError as err:
         for fault in err.errors():
             where = ".".join(map(str, fault["loc"]))

@@ -12,7 +12,7 @@ _WIRES = ("OutputWire", "InputWire")
 
 
 def board_schema_text() -> str:
-    """boards/board.schema.json."""
+    """board.schema.json."""
     schema = BoardFile.model_json_schema()
     schema = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",

@@ -1,8 +1,8 @@
 """The tables that the web page is built with.
 
-web/src/generated/tables.json, boards.json and machines.json come from protocol/*.toml, boards/*.toml,
-targets/*/pins*.toml, examples/machines/*.toml, core/gcode/status.h, cli/wificnc/sim/look.py,
-cli/wificnc/machine/model.py and targets/esp32/partitions.csv; edit those.
+tables.json, boards.json and machines.json come from protocol/*.toml, boards/*.toml, targets/*/pins*.toml,
+examples/machines/*.toml, core/gcode/status.h, cli/wificnc/sim/look.py, cli/wificnc/machine/model.py and
+targets/esp32/partitions.csv; edit those.
 """
 
 from __future__ import annotations
@@ -11,22 +11,18 @@ import json
 from pathlib import Path
 from typing import Any
 
-from wificnc.board.load import find_boards, load_board
+from wificnc.board.model import Board
 from wificnc.flash.plan import read_partitions
 
 from generate.page_machines import machine_tables
 from generate.page_tables import board_tables, page_tables
 from generate.words import ALARMS_SOURCE, SOURCE, read_alarms, read_rows
 
-OUTPUT = "web/src/generated/tables.json"
-BOARDS = "web/src/generated/boards.json"
-MACHINES = "web/src/generated/machines.json"
 PARTITIONS = "targets/esp32/partitions.csv"
 
 
-def texts(root: Path) -> dict[str, str]:
-    """Path in the repository -> text. Raises FileProblems when a table is broken."""
-    boards = [load_board(path) for path in find_boards()]
+def texts(root: Path, boards: list[Board]) -> dict[str, str]:
+    """File name -> text. Raises FileProblems when a table is broken."""
     nvs = read_partitions((root / PARTITIONS).read_text(encoding="utf-8"))["nvs"]
     # Not from words.py, which this very run may be about to write.
     errors = {number: json.loads(text) for number, text in read_rows((root / SOURCE).read_text(encoding="utf-8"))}
@@ -34,9 +30,9 @@ def texts(root: Path) -> dict[str, str]:
         row.number: json.loads(row.text) for row in read_alarms((root / ALARMS_SOURCE).read_text(encoding="utf-8"))
     }
     return {
-        OUTPUT: _json(page_tables(nvs, errors, alarms)),
-        BOARDS: _json(board_tables(boards)),
-        MACHINES: _json(machine_tables()),
+        "tables.json": _json(page_tables(nvs, errors, alarms)),
+        "boards.json": _json(board_tables(boards)),
+        "machines.json": _json(machine_tables()),
     }
 
 

@@ -1,7 +1,9 @@
-"""docs/states.md from protocol/states.toml."""
+"""docs/states.md from protocol/states.toml, and the site's table of all cells, which has a filter."""
 
 from __future__ import annotations
 
+import html
+import re
 from collections.abc import Iterator
 from itertools import groupby
 from pathlib import Path
@@ -33,6 +35,13 @@ holds.
 
 Each state that can hold something keeps it across the others: a dwell that is held and then behind a door is a dwell
 again at `~`.
+
+<!-- site: cells -->
+On the website this page has a row for each input in each state, and finds them by words; `make docs` builds it into
+`build/site`. Here they are in [{SOURCE}](../{SOURCE}), which its head describes.
+<!-- site: end -->
+
+## States
 
 | state | report | |
 |---|---|---|
@@ -79,37 +88,46 @@ CONDITIONS = {
 }
 
 
+CODE = re.compile(r"`([^`]+)`")
 ANSWER = {"list": "its lines, ok"}
-TOOL_HEAD = """
-## Tool
-
-A tool change with `$341` = 1, 2 or 3 ([tool-change.md](tool-change.md)): bytes, inputs, packets and the sender's loss
-do what they do in [parked](#parked), and `~` continues. Which lines are read there without `0xA3`:
-
-| line | answer | after the operator's first line | |
-|---|---|---|---|
+COLUMNS = ("state", "input", "answer", "next", "motion", "outputs", "note")
+TOOL_ROWS = """
+With a tool change (`$341` = 1, 2 or 3; [tool-change.md](tool-change.md)) bytes, inputs, packets and the sender's loss
+do what they do in *parked*. The rows of *tool* are the lines that are read there without `0xA3`.
 """
 
 
 def document(table: Table) -> str:
     """docs/states.md."""
-    parts = [HEAD]
-    parts += [f"| [{state.name}](#{state.name}) | `{state.report}` | {state.help} |\n" for state in table.state]
-    for state in table.state:
-        parts += [f"\n## {state.name}\n\n{state.help}\n\n", "| input | answer | next | motion | outputs | |\n"]
-        parts += ["|---|---|---|---|---|---|\n", *_rows(table, state)]
-    return "".join([*parts, *_tool_rows(table)])
+    return HEAD + "".join(f"| {state.name} | `{state.report}` | {state.help} |\n" for state in table.state)
 
 
-def _tool_rows(table: Table) -> Iterator[str]:
-    yield TOOL_HEAD
+def cells_html(table: Table) -> str:
+    """In place of its region, on the site: a row for each input in each state."""
+    rows = [(state.name, *row) for state in table.state for row in _rows(table, state)]
+    rows += [("tool", *row) for row in _tool_rows(table)]
+    head = "".join(f"<th>{name}</th>" for name in COLUMNS)
+    lines = "".join(f"<tr>{''.join(f'<td>{_html(cell)}</td>' for cell in row)}</tr>\n" for row in rows)
+    return (
+        f'{TOOL_ROWS}\n<div id="states" class="md-typeset__scrollwrap"><table>\n<thead><tr>{head}</tr></thead>\n'
+        f'<tbody>\n{lines}</tbody>\n</table></div>\n<script src="filter.js"></script>\n'
+    )
+
+
+def _html(text: str) -> str:
+    """The only markup of cells is `code`."""
+    return CODE.sub(r"<code>\1</code>", html.escape(text, quote=False))
+
+
+def _tool_rows(table: Table) -> Iterator[tuple[str, ...]]:
     for row in table.tool:
         names = dict.fromkeys(table.inputs[name].help for name in row.inputs)
-        answers = [ANSWER.get(answer, answer) for answer in (row.answer, row.after)]
-        yield f"| {row.help or ', '.join(names)} | {' | '.join(answers)} | {row.why} |\n".replace("||", "\\|\\|")
+        answer, after = [ANSWER.get(answer, answer) for answer in (row.answer, row.after)]
+        later = f"after the operator's first line: {after}" if after != answer else ""
+        yield row.help or ", ".join(names), answer, "", "", "", ". ".join(filter(None, (later, row.why)))
 
 
-def _rows(table: Table, state: State) -> Iterator[str]:
+def _rows(table: Table, state: State) -> Iterator[tuple[str, ...]]:
     """Inputs in a row that have the same cell share a line."""
     cells = [(entry, rule) for entry in table.input for rule in reversed(table.variants(state.name, entry.name))]
     shown = [(entry, rule) for entry, rule in cells if not _is_nothing(rule)]
@@ -126,7 +144,7 @@ def _is_nothing(rule: Rule) -> bool:
     return (rule.answer, rule.next, rule.motion, rule.outputs) == ("", "unchanged", "unchanged", "unchanged")
 
 
-def _row(entries: list[Input], rule: Rule, lines: int) -> str:
+def _row(entries: list[Input], rule: Rule, lines: int) -> tuple[str, ...]:
     names = ", ".join(dict.fromkeys(entry.help for entry in entries))
     if len(entries) == lines:
         names = "any line"
@@ -134,8 +152,7 @@ def _row(entries: list[Input], rule: Rule, lines: int) -> str:
         names += ", " + " and ".join(CONDITIONS[condition] for condition in rule.conditions)
     following = {"unchanged": "", "resume": "run, or idle", "release": "as before the host"}.get(rule.next, rule.next)
     source = ("ours: " if rule.source == "ours" else "") + rule.why
-    columns = (names, _answer(rule), following, MOTION[rule.motion], OUTPUTS[rule.outputs], source.removesuffix(": "))
-    return "| " + " | ".join(column.replace("|", "\\|") for column in columns).replace("  ", " ") + " |\n"
+    return names, _answer(rule), following, MOTION[rule.motion], OUTPUTS[rule.outputs], source.removesuffix(": ")
 
 
 def _answer(rule: Rule) -> str:

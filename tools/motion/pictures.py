@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -45,6 +46,8 @@ WINDOW_S = 0.004  # two segments: shorter ones see the corners between segments
 INK, SOFT, FAINT, TUBE = "#1f2933", "#66727f", "#dfe4ea", "#e8eef7"
 PATH, LIMIT = "#b91c1c", "#c2410c"
 AXIS_COLOURS = ("#1d4ed8", "#15803d", "#b45309")
+PATH_DATA = re.compile(r'\bd="[^"]*"')
+LONG_NUMBER = re.compile(r"-?\d+\.\d{3,}(?:e-\d+)?")
 STYLE: Any = {
     "font.family": "sans-serif",
     "font.size": 9.5,
@@ -75,7 +78,14 @@ def svg(name: str) -> str:
         figure = PICTURES[name]()
         FigureCanvasSVG(figure)
         figure.savefig(text, format="svg", metadata={"Date": None})
-    return "\n".join(line.rstrip() for line in text.getvalue().splitlines()) + "\n"
+    compact = PATH_DATA.sub(lambda match: one_line(match[0]), text.getvalue())
+    return "\n".join(line.rstrip() for line in compact.splitlines()) + "\n"
+
+
+def one_line(path_data: str) -> str:
+    """In hundredths of a pt: matplotlib has a line for each point, with six decimals."""
+    short = LONG_NUMBER.sub(lambda match: f"{round(float(match[0]), 2):g}", path_data)
+    return " ".join(short.split()).replace(' "', '"')
 
 
 def run(program: str, *settings: str) -> Steps:

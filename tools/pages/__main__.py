@@ -5,6 +5,9 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+from wificnc import ui
+from wificnc.errors import UserError
+
 from pages.build import build
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -12,7 +15,11 @@ ROOT = Path(__file__).resolve().parents[2]
 
 def main() -> int:
     site = ROOT / "build" / "site"
-    problems = build(ROOT, site)
+    try:
+        problems = build(ROOT, site)
+    except UserError as error:
+        ui.error(error)
+        return error.exit_code
     for problem in problems:
         print(problem, file=sys.stderr)
     if problems:

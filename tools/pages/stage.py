@@ -1,4 +1,5 @@
-"""What the site is made of: README.md, docs/, and every file of the repository that these link to, in the same places.
+"""What the site is made of: README.md, docs/, and every file of the repository that these link to, in the same places;
+and the pages that git does not keep (site.py).
 
 So links are the same in the repository and on the site, and a link to nowhere is found.
 """
@@ -8,6 +9,9 @@ from __future__ import annotations
 import re
 import shutil
 from pathlib import Path
+
+from pages.commands import PAGE, commands_text
+from pages.site import site_texts
 
 FIRST = ("README.md", "CHANGELOG.md")
 LINK = re.compile(r"!?\[[^\]]*\]\(\s*<?([^)\s>#]+)[^)]*\)")
@@ -21,7 +25,12 @@ def stage(root: Path, output: Path) -> list[Path]:
     for file in files:
         (output / file).parent.mkdir(parents=True, exist_ok=True)
         shutil.copyfile(root / file, output / file)
-    return [file for file in files if file.suffix == ".md"]
+    for name, text in site_texts(root).items():
+        (output / name).parent.mkdir(parents=True, exist_ok=True)
+        (output / name).write_text(text, encoding="utf-8", newline="\n")
+    page = Path(PAGE)
+    (output / page).write_text(commands_text(), encoding="utf-8")
+    return [page, *(file for file in files if file.suffix == ".md")]
 
 
 def collect(root: Path) -> list[Path]:

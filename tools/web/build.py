@@ -9,6 +9,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+from generate.built import bring_up_to_date
 from wificnc import ui
 from wificnc.build.lock import build_lock
 from wificnc.errors import BuildError, UserError
@@ -22,14 +23,19 @@ SAID_LINES = 30  # of a tool's own words in an error
 
 def build_page(root: Path = ROOT) -> tuple[Path, str]:
     """Bring web/dist up to date. @return it, and Vite's report of sizes. Raises BuildError."""
-    why = missing_tools()
-    if why:
-        raise BuildError(why, hint="Debian, Ubuntu: apt-get install nodejs npm; or nodejs.org")
+    require_tools()
     with build_lock(root / "build" / "web"):
+        bring_up_to_date(root)
         install_packages(root)
         build_wasm(root)
         report = run_npm(root, "run", "--silent", "build")
     return root / "web" / "dist", report
+
+
+def require_tools() -> None:
+    """Raises BuildError when the page cannot be built on this computer."""
+    if why := missing_tools():
+        raise BuildError(why, hint="Debian, Ubuntu: apt-get install nodejs npm; or nodejs.org")
 
 
 def missing_tools() -> str:
@@ -59,7 +65,7 @@ def run_npm(root: Path, *arguments: str, **environment: str) -> str:
     """@param environment  variables on top of ours. @return what it said. Raises BuildError."""
     npm = shutil.which("npm")
     assert npm is not None
-    variables = {**os.environ, **environment}
+    variables = {**os.environ, "WIFICNC_PYTHON": sys.executable, **environment}
     run = subprocess.run(
         [npm, *arguments],
         cwd=root / "web",

@@ -19,10 +19,10 @@ export function catalogueOf(name: string): Record<string, string> {
     if (other !== undefined && other !== key) throw new Error(`"${key}" and "${other}" have the same hash`);
     english.set(hashOf(key), key);
   }
-  return Object.fromEntries(texts.filter(([key, text]) => key !== text).map(([key, text]) => [hashOf(key), text]));
+  return Object.fromEntries(texts.filter(([key, text]) => text !== "" && key !== text).map(([key, text]) => [hashOf(key), text]));
 }
 
-/** English -> other language. */
+/** English -> other language; "" is not translated yet, as a text that is missing is. */
 export function readWords(file: string, language: string): Record<string, string> {
   return JSON.parse(readFileSync(join(FOLDER, `${file}.${language}.json`), "utf8")) as Record<string, string>;
 }

@@ -1,5 +1,5 @@
 /** The boards that the page knows. Apart from the other tables, which the preflight's worker has, too: they are larger. */
-import raw from "./generated/boards.json";
+import raw from "../../build/generated/boards.json";
 import type { Board } from "./tables";
 
 export const BOARDS = raw as Board[];

@@ -1,6 +1,7 @@
 /** Keeps the job of the page over a reload: text and place in, and what was kept out again. It starts nothing. */
 import { effect, signal, untracked } from "@preact/signals";
 import { attempt, controller, fail, job, store, stored } from "./app";
+import { beganOf } from "./job/began";
 import { DamagedError, forgetDamaged, forgetKept, keepJob, keepPlace, readKept, type KeptJob, type KeptPlace } from "./job/kept";
 import { readProgram } from "./job/program";
 import { INTERRUPTED, type JobState } from "./job/runner";
@@ -19,7 +20,7 @@ let others = "";
 const tabs = new Tabs((id) => kept?.id === id);
 
 function place(): KeptPlace {
-  return { id: kept!.id, line: job.resumeLine.peek(), state: job.state.peek(), why: job.why.peek(), machine: controller.linkName.peek(), start: controller.startId.peek() };
+  return { id: kept!.id, line: job.resumeLine.peek(), state: job.state.peek(), why: job.why.peek(), machine: controller.linkName.peek(), start: controller.startId.peek(), began: job.began.peek() };
 }
 
 async function written(work: Promise<boolean | void>): Promise<void> {
@@ -52,17 +53,17 @@ async function keepUnlessOthers(text: KeptJob): Promise<void> {
 
 /** At each report that names another line: one that was not written any more cuts a line again, and leaves none out. */
 function followPlace(): void {
-  void [job.state.value, job.resumeLine.value];
+  void [job.state.value, job.resumeLine.value, job.began.value];
   if (kept && !others) void written(keepPlace(place(), job.active.peek() ? kept : null));
 }
 
 const UNDER_WAY = new Set(["running", "stopping"]);
 
-function restore(text: KeptJob, { state, line, why, machine, start }: KeptPlace): void {
+function restore(text: KeptJob, { state, line, why, machine, start, began }: KeptPlace): void {
   const program = readProgram(text.name, text.source);
   kept = text;
-  if (UNDER_WAY.has(state)) job.restore(program, "left", line, t`It was being sent to ${machine}; line ${line} was being executed at the last report.`);
-  else job.restore(program, INTERRUPTED.has(state as JobState) ? (state as JobState) : "ready", line, why);
+  if (UNDER_WAY.has(state)) job.restore(program, "left", line, t`It was being sent to ${machine}; line ${line} was being executed at the last report.`, beganOf(began));
+  else job.restore(program, INTERRUPTED.has(state as JobState) ? (state as JobState) : "ready", line, why, beganOf(began));
   controller.expectStart(start ?? "");
 }
 

@@ -2,7 +2,7 @@
  * What the page knows of settings, boards, storage and words. The numbers are generated from the repository's tables
  * (`make generate`); here are their shapes and look-ups.
  */
-import raw from "./generated/tables.json";
+import raw from "../../build/generated/tables.json";
 import { msg, t, tr } from "./words";
 
 export interface SettingRow {

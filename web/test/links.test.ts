@@ -339,3 +339,28 @@ it.each(["", "nonsense", "{}", '{"start":"0000a1b2","said":{"$$":7}}'])("passes 
   expect(controller.settings.value.size).toBe(0);
   await controller.disconnect();
 });
+
+it("a parked hold that someone else resumes ends what waits for rest in it", async () => {
+  const { board, controller } = await scene("hold");
+  board.says("[MSG:Parked: jog, probe, set zero; ~ returns to the job]");
+  board.says("<Hold:0|MPos:0.600,0.000,0.000|Ln:2>");
+  expect(controller.operates.value).toBe(true);
+  const rest = controller.rest().then(() => "rests", (error: Error) => error.message);
+  board.says("<Run|MPos:0.700,0.000,0.000|Ln:2>");
+  await turn();
+  board.says("<Idle|MPos:7.000,0.000,0.000>", "<Idle|MPos:7.000,0.000,0.000>");
+  await turn();
+  expect(await rest).toContain("resumed at the machine or by another client");
+});
+
+it("says that the tool of a change was not measured, until the change ends", async () => {
+  const { board, controller } = await scene("hold");
+  board.says("<Tool|MPos:0.600,0.000,0.000>", "[MSG:Tool change: T2]", "[MSG:Tool not measured: no contact within $342]");
+  expect(controller.notMeasured.value).toBe("Tool not measured: no contact within $342");
+  board.says("<Hold:0|MPos:0.600,0.000,0.000>"); // on its way to the setter again
+  expect(controller.notMeasured.value).not.toBe("");
+  board.says("[MSG:Tool length: 3.200]");
+  expect(controller.notMeasured.value).toBe("");
+  board.says("[MSG:Tool not measured: stopped]", "<Run|MPos:0.600,0.000,0.000>");
+  expect(controller.notMeasured.value).toBe("");
+});

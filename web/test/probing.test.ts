@@ -30,6 +30,9 @@ class Bench implements ProbeMachine {
     return probes ? prb() : [];
   }
   async rest(): Promise<void> {}
+  async move(line: string): Promise<void> {
+    await this.send(line);
+  }
   machine_mm(): readonly number[] {
     return this.at;
   }
@@ -53,7 +56,7 @@ const R = TOOL_MM / 2;
 const block = (x: number, y: number, z: number, grow = R): boolean => z < -5 && x > 10 - grow && x < 60 + grow && y > 20 - grow && y < 80 + grow;
 
 const run = (cycle: Cycle, bench: Bench, values: Partial<ProbeValues> = {}): Promise<unknown> =>
-  runProbe(planProbe(cycle, { ...USUAL, tool_mm: TOOL_MM, ...values }), bench, () => false);
+  runProbe(planProbe(cycle, { ...USUAL, tool_mm: TOOL_MM, ...values }), bench, () => "");
 
 it("sets Z to the thickness of the plate that it touches, and lifts off", async () => {
   const bench = new Bench([0, 0, 3], (_x, _y, z) => z < -5 + 10);
@@ -118,7 +121,7 @@ it.each([
   };
   const bench = new Bench([...at], turned);
   const values = { ...USUAL, edge, side: { X: side, Y: side }, width_mm: 100, reach_mm: 60 };
-  const contacts = await runProbe(planProbe("rotation", values), bench, () => false);
+  const contacts = await runProbe(planProbe("rotation", values), bench, () => "");
   expect(edgeAngle_deg(values, contacts)).toBeCloseTo(turn_deg, 1);
   expect(bench.at).toEqual(at.map((mm) => expect.closeTo(mm, 1) as number));
   expect(bench.zero).toEqual({});
@@ -138,6 +141,31 @@ it("ends at a contact where none may be, and where there is none", async () => {
   const air = new Bench([0, 0, 0], () => false);
   await expect(run("plate", air)).rejects.toThrow(ProbeError);
   expect([air.zero, air.lines.length]).toEqual([{}, 1]);
+});
+
+it("ends with a jog that someone else has stopped, before the way back goes through the work", async () => {
+  const bench = new Bench([33, 52, -2], block);
+  bench.move = async (line) => {
+    await bench.send(line);
+    if (/^\$J=G21G91Z/.test(line)) throw new Error("stopped at the machine");
+  };
+  await expect(run("boss", bench, { width_mm: 60, out_mm: 10, reach_mm: 30 })).rejects.toThrow("stopped at the machine");
+  expect(bench.lines.at(-1)).toMatch(/^\$J=G21G91Z/);
+  expect(bench.zero).toEqual({});
+});
+
+it("sends nothing more when the machine is not its own any more, whatever the last line has found", async () => {
+  const bench = new Bench([0, 0, 12], (_x, _y, z) => z < -5 + 10);
+  const why = (): string => (bench.lines.length > 0 ? "resumed at the machine" : "");
+  await expect(runProbe(planProbe("plate", USUAL), bench, why)).rejects.toThrow("resumed at the machine");
+  expect([bench.lines.length, bench.zero]).toEqual([1, {}]);
+});
+
+it("moves nothing while it is not known where the machine is", async () => {
+  const bench = new Bench([0, 0, 12], () => false);
+  bench.machine_mm = () => [];
+  await expect(run("hole", bench)).rejects.toThrow("has not reported its position");
+  expect(bench.lines).toEqual([]);
 });
 
 it("checks the numbers before anything moves", () => {

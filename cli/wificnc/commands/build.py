@@ -13,6 +13,7 @@ from wificnc.board.load import load_board
 from wificnc.board.model import Board
 from wificnc.build import esp32
 from wificnc.build.checkout import checkout_root
+from wificnc.build.environments import write_environments
 from wificnc.build.esp32_size import firmware_sizes
 from wificnc.build.host import RAM_BUDGET_BYTES, VARIANTS, HostBuild, build_host, core_ram_bytes
 from wificnc.build.mips import Choice
@@ -92,6 +93,7 @@ def build_board(board: Board, kind: esp32.Kind, clean: bool, verbose: bool) -> d
     root = checkout_root()
     pio = esp32.find_platformio()
     esp32.require_packages(esp32.core_directory())
+    write_environments(root)
     plan = esp32.plan_build(board, root, kind=kind, pio=pio)
     lines: list[str] = []
     with ui.talk.status(f"building {board.id}") as status:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import ctypes
+import re
 import sys
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,8 +24,8 @@ from wificnc.job.estimate import Estimate
 from wificnc.job.expand import Start, expand, load_expand, needs_expansion
 from wificnc.job.fate import RESUMABLE, fate_lines, restart_words, wanted_line
 from wificnc.job.native import load_rebuild
-from wificnc.job.program import JobLine, Program, expanded_program, longest_line, read_program, ready
-from wificnc.job.resume import Approach, MachineFacts, Resume, plan_resume
+from wificnc.job.program import JobLine, Program, expanded_program, longest_line, read_program, ready, words_of
+from wificnc.job.resume import Approach, MachineFacts, Resume, modes_of, plan_resume
 from wificnc.job.run import End, JobRun, Outcome, RunOptions
 from wificnc.keyboard import Keyboard
 from wificnc.link.client import Client, Target, connected, expect_state, unit_mm
@@ -32,9 +33,23 @@ from wificnc.live import JobDisplay, clock, final_position
 from wificnc.sim.job import read_job
 from wificnc.sim.native import load_library
 
-FOR_A_RESUME = ("start_id", "safe_z", "spindle_wait", "plunge_feed", "yes")
+FOR_A_RESUME = ("start_id", "began", "safe_z", "spindle_wait", "plunge_feed", "yes")
+MODES_OF_RESET = ("G54", "G17", "G21", "G90", "G91.1", "G94")
 LINE_NUMBERS = "N"  # among the flags of [OPT:]
 EXITS = {End.LINK_LOST: Exit.DEVICE, End.RESET: Exit.DEVICE, End.CONFUSED: Exit.PROTOCOL}
+
+
+class ModesType(click.ParamType):  # type: ignore[type-arg, unused-ignore] # generic in newer releases alone
+    """Words of $G, with or without blanks between them."""
+
+    name = "modes"
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> tuple[str, ...]:
+        given = "".join(str(value).split()).upper()
+        words = tuple(re.findall(r"[A-Z][^A-Z]*", given))
+        if not words or "".join(words) != given or modes_of(words) != words:
+            self.fail(f"{value!r} names no modes: write words of $G, as G55G20", param, ctx)
+        return words
 
 
 @dataclass(frozen=True)
@@ -44,6 +59,7 @@ class SendOptions:
     file: Path
     from_line: int | None
     start_id: str | None
+    began: tuple[str, ...] | None
     approach: Approach
     yes: bool
     keep_going: bool
@@ -62,6 +78,9 @@ class SendOptions:
 )
 @click.option("--start-id", metavar="ID",
               help="Resume: of the first part's report; refuse if the controller has restarted since.")  # fmt: skip
+@click.option("--began", type=ModesType(), metavar="MODES",
+              help="Resume: the modes in which the job began, as G55G20, where the program does not set them. "
+                   "Without it: those of the controller now.")  # fmt: skip
 @click.option("--safe-z", type=FINITE, metavar="MM", help="Resume: height at which X and Y move, in work coordinates.")
 @click.option("--spindle-wait", type=FiniteRange(min=0), default=4.0, show_default=True, metavar="S",
               help="Resume: time for the spindle to reach its speed, in seconds.")  # fmt: skip
@@ -77,8 +96,8 @@ class SendOptions:
 @click.pass_context
 def command(
     ctx: click.Context, file: Path, target: Target, from_line: int | None, start_id: str | None,
-    safe_z: float | None, spindle_wait: float, plunge_feed: float, yes: bool, keep_going: bool, dry_run: bool,
-    number: bool, max_lines: int, as_json: bool,
+    began: tuple[str, ...] | None, safe_z: float | None, spindle_wait: float, plunge_feed: float, yes: bool,
+    keep_going: bool, dry_run: bool, number: bool, max_lines: int, as_json: bool,
 ) -> None:  # fmt: skip
     """Stream a G-code FILE to a controller.
 
@@ -88,7 +107,7 @@ def command(
     if from_line is None:
         refuse_given(ctx, FOR_A_RESUME, "has no effect without --from-line", hint="--from-line N resumes at line N")
     approach = Approach(safe_z, spindle_wait, plunge_feed)
-    options = SendOptions(file, from_line, start_id, approach, yes, keep_going, dry_run, number)
+    options = SendOptions(file, from_line, start_id, began, approach, yes, keep_going, dry_run, number)
     program = job_program(file.name, read_job(file), max_lines)
     check_resume(program, from_line)
     show_ending(file.name, program)
@@ -143,11 +162,13 @@ def send(client: Client, program: Program, options: SendOptions) -> tuple[Outcom
     if options.from_line:
         check_same_start(options.start_id, start_id)
     facts = machine_facts(client, settings)
+    if options.began is not None:
+        facts = replace(facts, modes=options.began)
     lines, preamble = program.lines, 0
     if options.from_line:
         library: ctypes.CDLL = load_rebuild(ensure_host_library())
         resume = plan_resume(library, program, options.from_line, facts, options.approach)
-        confirm(resume, options)
+        confirm(resume, program, options)
         lines, preamble = resume.lines, len(resume.preamble)
     can_number = options.number and built is not None and LINE_NUMBERS in built.flags
     longest = longest_line(built.rx_bytes if built else 0)
@@ -158,9 +179,17 @@ def send(client: Client, program: Program, options: SendOptions) -> tuple[Outcom
         with Keyboard() as keys, JobDisplay(options.file.name) as display:
             outcome = JobRun(client, ready(lines, can_number, longest), display, keys, run).run()
     restart = restart_hint(program, outcome, facts, options)
-    if start_id and RESUMABLE in restart:
-        restart += f" Add --start-id {start_id}: then `send` refuses if the controller has restarted."
+    if RESUMABLE in restart:
+        restart += conditions(start_id, facts.modes)
     return outcome, restart
+
+
+def conditions(start_id: str, modes: tuple[str, ...]) -> str:
+    """What else a resume has to know of the first part."""
+    words = f" Add --start-id {start_id}: then `send` refuses if the controller has restarted." if start_id else ""
+    if others := "".join(word for word in modes if word[0] == "G" and word not in MODES_OF_RESET):
+        words += f" Add --began {others}: a stop by reset leaves other modes than those in which the job began."
+    return words
 
 
 def check_same_start(wanted: str | None, found: str) -> None:
@@ -224,6 +253,7 @@ def machine_facts(client: Client, settings: dict[int, str]) -> MachineFacts:
         machine_mm=in_mm(now.mpos, unit),
         offsets={key: in_mm(values, unit) for key, values in client.offsets().items()},
         laser=settings.get(32) == "1",
+        modes=modes_of(client.parser_state()),
     )
 
 
@@ -232,14 +262,14 @@ def in_mm(values: tuple[float, ...], unit: float) -> tuple[float, ...]:
     return (*(unit * value for value in values[:3]), *values[3:])
 
 
-def confirm(resume: Resume, options: SendOptions) -> None:
+def confirm(resume: Resume, program: Program, options: SendOptions) -> None:
     """Show what will be done first, and ask. Raises UserError when no one can be asked, JobError after a no."""
     ui.talk.print(f"Before line {resume.line} these lines are sent:")
     for line in resume.preamble:
         ui.talk.print(f"    {line.code}", markup=False)
     ui.talk.print(f"then {options.file.name} from line {resume.rest[0].number}:")
     ui.talk.print(f"    {resume.rest[0].text.strip()}", markup=False, soft_wrap=True)
-    for note in resume.notes:
+    for note in (*resume.notes, *system_notes(resume, program, options)):
         ui.warn(note)
     if options.yes or options.dry_run:
         return
@@ -249,6 +279,19 @@ def confirm(resume: Resume, options: SendOptions) -> None:
         )
     if not click.confirm("Is the path free? Start the resume?", err=True):
         raise JobError("nothing was sent")
+
+
+def system_notes(resume: Resume, program: Program, options: SendOptions) -> list[str]:
+    """A program that names no work system runs in that of the controller, which a reset has made G54."""
+    before = (words_of(line.code) for line in program.lines if line.number < resume.line)
+    if options.began is not None or any(
+        letter == "G" and 54 <= code < 60 for words in before for letter, code in words
+    ):
+        return []
+    return [
+        f"the lines before name no work system: the resume takes {resume.state.wcs}, the controller's now. If the job "
+        "began in another one, give that: --began G55"
+    ]
 
 
 def show(file: str, outcome: Outcome, restart: str) -> None:

@@ -244,6 +244,8 @@ def _run(options: ServeOptions, speed: str) -> None:
             signal.signal(getattr(signal, name), _end)
     with suppress(KeyboardInterrupt), _server(options) as server, _page(server) as page_server:
         _print_doors(server, speed, page_server.url if page_server else "")
+        if page_server and page_server.found_by_name is False:
+            ui.warn("the page is not announced in the network: another program uses UDP port 5353; its address works")
         for event in server.events():
             _print_event(event)
         raise ServeError(f"the controller ended unexpectedly with exit code {server.stop()}")

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import ctypes
 import math
+import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -49,6 +50,8 @@ MOTION_CODES = {
     *map(float, range(80, 90)),
 }
 ROWS = {"G5", "G5.1", "G73", "G81", "G82", "G83", "G85", "G86", "G89"}  # words of one line hold for the next
+# Of $G: what a job may leave to the controller, but for motion, tool and what is switched on.
+MODE = re.compile(r"G5[4-9](\.[123])?|G1[789]|G2[01]|G9[01](\.1)?|G9[345]|[FS][\d.]+")
 AXES_FOR_OTHERS = {10.0, 28.0, 28.1, 30.0, 30.1, 43.0, 43.1, 92.0, 92.1}
 
 
@@ -61,6 +64,7 @@ class MachineFacts:
     machine_mm: tuple[float, ...]
     offsets: dict[str, tuple[float, ...]] = field(default_factory=dict)  # rows of $#; empty = it does not tell
     laser: bool = False
+    modes: tuple[str, ...] = ()  # words of $G in which the job's first line runs; empty = those of a reset
 
 
 @dataclass(frozen=True)
@@ -190,6 +194,11 @@ def _perturb(facts: MachineFacts) -> bool:
     return not facts.offsets
 
 
+def modes_of(words: Iterable[str]) -> tuple[str, ...]:
+    """What a job that does not say it takes from the controller, of the words of $G."""
+    return tuple(word for word in words if MODE.fullmatch(word))
+
+
 def _judge(here: ModalState, there: ModalState, facts: MachineFacts) -> _Known:
     """What the same lines have set, begun at two places. Raises JobError: it depends on where they began."""
     if here.g92_mm != _row(facts, "G92"):
@@ -234,6 +243,8 @@ def _begun(library: ctypes.CDLL, facts: MachineFacts, start_mm: Sequence[float],
     if perturb:
         for row in ("G54", "G55", "G56", "G57", "G58", "G59", "G28", "G30"):
             rebuild.set_offset(row, [3.0 * value for value in ELSEWHERE_MM])
+    if code := rebuild.line("".join(facts.modes).encode()):
+        raise JobError(f"the modes in which the job began, {' '.join(facts.modes)}: {error_words(code)}")
     return rebuild
 
 

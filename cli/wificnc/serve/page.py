@@ -24,6 +24,7 @@ from wificnc.build.checkout import checkout_root
 from wificnc.build.host import ensure_host_library
 from wificnc.errors import LinkError, ServeError, UserError
 from wificnc.link.discover import Found, discover
+from wificnc.serve.announce import EVERYWHERE, Announced, announced
 from wificnc.serve.options import Address
 
 DISCOVER_S = 2.0  # how long is listened
@@ -108,12 +109,16 @@ class PageServer:
         folder: Path,
         find: Callable[[], list[Found]] = lambda: discover(DISCOVER_S),
         names: Sequence[str] = (),
+        announce: Callable[[Address, int, str], Announced | None] = announced,
+        mdns: Address = EVERYWHERE,
     ) -> None:
         """controller: host:port of its TCP stream; None: only the files, as any web host has them.
 
         names: by which browsers may ask for the page, in addition to its address and this computer's name.
         """
         self.url = ""
+        self.found_by_name: bool | None = None  # None: no other computer reaches it
+        self._announce, self._mdns, self._board = announce, mdns, about.board
         self._address = address
         self._controller = controller
         self._find = find
@@ -136,7 +141,11 @@ class PageServer:
         if self._controller:
             host, _, port = self._controller.rpartition(":")
             self._library.page_set_controller(self._page, self._keep(host.strip("[]")), self._keep(port))
-        self.url = f"http://{Address(self._address.host, self._listen())}/"
+        bound = self._listen()
+        self.url = f"http://{Address(self._address.host, bound)}/"
+        if who := self._announce(self._address, bound, self._board):
+            at = self._mdns
+            self.found_by_name = self._library.page_announce(self._page, ctypes.byref(who), at.host.encode(), at.port)
         self._thread.start()
         return self
 
@@ -204,6 +213,8 @@ def _load_library() -> ctypes.CDLL:
     library.page_create.argtypes = [text, text, text, FIND_FILE]
     library.page_put_file.argtypes = [page, text, text, text, size, text, size, ctypes.c_bool]
     library.page_set_controller.argtypes = [page, text, text]
+    library.page_announce.restype = ctypes.c_bool
+    library.page_announce.argtypes = [page, ctypes.c_void_p, text, ctypes.c_uint16]
     library.page_listen.argtypes = [page, text, text, text]
     library.page_run.argtypes = library.page_wake.argtypes = library.page_close.argtypes = [page]
     library.page_found.argtypes = [page, text, text, text]

@@ -19,7 +19,7 @@ from wificnc.errors import UserError
 from wificnc.serve.page import TAG_SIZE, TYPES, page_folder
 
 OFFLINE = {"app.webmanifest", "sw.js"}  # of pages at https addresses; controllers have http
-PICTURES = "boards/pinout/"
+PICTURES = "build/generated/pinout/"
 MANIFEST = "files.json"  # written by Vite: which file loads which
 INSTALLER = "node_modules/"  # packages that are loaded when they are needed: all of them for a USB port
 

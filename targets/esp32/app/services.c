@@ -7,6 +7,7 @@
 #include "net_tcp.h"
 #include "pin_config.h"
 
+#include "esp_mac.h"
 #include "esp_system.h"
 #include "sdkconfig.h"
 
@@ -21,6 +22,14 @@ enum { CHIP_ID = 0 };
 #endif
 enum { RESTART_US = 500000 };
 
+/* The chip's own MAC address: names can be changed, and two chips can be given the same one. */
+static void set_id(struct net_mdns *mdns) {
+    uint8_t mac[6] = {0};
+    (void)esp_read_mac(mac, ESP_MAC_WIFI_SOFTAP);
+    snprintf(mdns->id, sizeof mdns->id, "%02x%02x%02x%02x%02x%02x", mac[0], mac[1], mac[2], mac[3], mac[4],
+             mac[5]);
+}
+
 void services_start(struct services *services, struct access *access, const struct ota_flash *flash,
                     uint16_t telnet_port) {
     const struct ota_image image = {
@@ -29,15 +38,20 @@ void services_start(struct services *services, struct access *access, const stru
     int error;
     memset(services, 0, sizeof *services); /* by value it would be a temporary of 1 KB on the stack */
     services->flash = *flash;
-    services->mdns.port = telnet_port;
+    services->mdns.telnet_port = telnet_port;
     services->trial.on = ota_flash_is_on_trial();
     ota_init(&services->ota, &ota_flash_ops, &services->flash, &image, access);
     services->ota.on_trial = services->trial.on;
     snprintf(port, sizeof port, "%d", OTA_PORT);
     services->ota_listener = net_tcp_listen(NULL, port, address, &error);
     snprintf(services->mdns.name, sizeof services->mdns.name, "%s", network_name());
-    snprintf(services->mdns.text, sizeof services->mdns.text, "wificnc=%s", BOARD_ID);
+    snprintf(services->mdns.board, sizeof services->mdns.board, "%s", BOARD_ID);
+    set_id(&services->mdns);
     services->mdns_socket = net_mdns_open("0.0.0.0", NET_MDNS_PORT);
+}
+
+void services_announce_page(struct services *services, uint16_t port) {
+    services->mdns.http_port = port;
 }
 
 void services_update(void *ctx, const struct net_stream *stream) {

@@ -29,6 +29,9 @@ struct services {
 void services_start(struct services *services, struct access *access, const struct ota_flash *flash,
                     uint16_t telnet_port);
 
+/** [start] The web page is served at this port: it is announced in the network, too. */
+void services_announce_page(struct services *services, uint16_t port);
+
 /** Someone sends a new firmware. @param services  struct services @param stream  is owned from here on */
 void services_update(void *services, const struct net_stream *stream);
 

@@ -15,7 +15,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { TELNET_PORT = 23 };
+enum { TELNET_PORT = 23, PAGE_PORT = 80 };
 
 static void chip_random(void *ctx, uint8_t *bytes, size_t count) {
     (void)ctx;
@@ -193,10 +193,12 @@ static void start_servers(struct firmware *firmware) {
     }
     names.update = services_update;
     names.updates = &firmware->services;
-    if (!page_start(&firmware->controller.hub, NULL, &names, "80", &error)) {
-        snprintf(text, sizeof text, "Cannot start the web page, error %d", error);
-        firmware_tell(firmware, text);
+    if (page_start(&firmware->controller.hub, NULL, &names, "80", &error)) {
+        services_announce_page(&firmware->services, PAGE_PORT);
+        return;
     }
+    snprintf(text, sizeof text, "Cannot start the web page, error %d", error);
+    firmware_tell(firmware, text);
 }
 
 static bool page_address(char *text, size_t size) {

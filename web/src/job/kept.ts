@@ -4,6 +4,7 @@
  * them back from one that was only loaded.
  */
 import { t } from "../words";
+import type { Began } from "./began";
 
 export interface KeptJob {
   /** Of this loading of the file. */
@@ -22,6 +23,8 @@ export interface KeptPlace {
   machine: string;
   /** Which start of it, if it says so; left out by earlier versions of the page. */
   start?: string;
+  /** In what it ran; left out by earlier versions of the page. */
+  began?: Began;
 }
 
 const DATABASE = "wificnc";

@@ -9,6 +9,7 @@
 import { AXES, errorWords } from "../tables";
 import type { Core, Modes } from "./core";
 import type { JobLine } from "./program";
+import { modeLine } from "./standing";
 import { t } from "../words";
 
 /** What the controller says of itself before the resume; mm. */
@@ -17,6 +18,8 @@ export interface MachineFacts {
   machine_mm: number[];
   /** Rows of `$#`: G54 .. G59, G28, G30, G92, TLO. */
   offsets: Record<string, number[]>;
+  /** Words of `$G` in which the first line of the job runs; left out: those of a reset. */
+  modes?: string;
   laser: boolean;
 }
 
@@ -63,13 +66,20 @@ export function planResume(core: Core, lines: readonly JobLine[], line: number, 
   const rest = lines.filter((entry) => entry.number >= line);
   if (rest.length === 0) throw new ResumeError(t`Nothing to send from line ${line}`);
   if (!facts.offsets.G54) throw new ResumeError(t`The controller has not reported its offsets`, t`Connect again while the machine is stopped.`);
-  const here = run(core, before, facts, SOMEWHERE_MM);
-  const there = run(core, before, facts, ELSEWHERE_MM);
+  const all = [...firstModes(facts), ...before];
+  const here = run(core, all, facts, SOMEWHERE_MM);
+  const there = run(core, all, facts, ELSEWHERE_MM);
   const known = knownAxes(here, there, facts);
   const preamble = preambleOf(here, there, known, facts);
   check(core, here, known, preamble, facts);
   const full = [...preamble.map(asLine), ...withMotion(here, rest)];
   return { line, preamble, lines: full, notes: notesOf(here, known, facts) };
+}
+
+/** A program that names no work system runs in the one that the operator has chosen. */
+function firstModes({ modes = "" }: MachineFacts): JobLine[] {
+  const line = modeLine(modes);
+  return line ? [asLine(line)] : [];
 }
 
 function asLine(code: string): JobLine {

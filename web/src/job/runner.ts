@@ -7,6 +7,7 @@ import type { Break, Controller } from "../link/controller";
 import type { Status } from "../link/messages";
 import { alarmWords, errorWords } from "../tables";
 import { shownComment, writtenComment } from "../link/line";
+import { UNKNOWN, type Began } from "./began";
 import { longestLine, numbered, type JobLine, type Program } from "./program";
 import { t } from "../words";
 
@@ -39,6 +40,8 @@ export class JobRunner {
   readonly why = signal("");
   readonly startedAt = signal(0);
   readonly endedAt = signal(0);
+  /** In what it ran, of a job that has been started. */
+  readonly began = signal<Began>(UNKNOWN);
   /** What the program says to the operator: the last of its comments that the controller has shown. */
   readonly says = signal("");
   readonly active = computed(() => this.state.value === "running" || this.state.value === "stopping");
@@ -77,16 +80,24 @@ export class JobRunner {
     };
   }
 
+  /** Work system and offsets, as the controller has reported them last. */
+  standsIn(): Began {
+    const { modes, offsets } = this.controller;
+    return { modes: modes.peek(), length: offsets.peek().get("TLO") ?? "", shift: offsets.peek().get("G92") ?? "" };
+  }
+
   load(program: Program): void {
     this.program.value = program;
+    this.began.value = UNKNOWN;
     this.take(program.lines);
     this.state.value = "ready";
   }
 
   /** A job of before a reload: it is as it was left, and nothing is sent. */
-  restore(program: Program, state: JobState, line: number, why: string): void {
+  restore(program: Program, state: JobState, line: number, why: string, began = UNKNOWN): void {
     this.load(program);
     if (state === "ready") return;
+    this.began.value = began;
     this.currentLine.value = line;
     this.executed.value = Math.max(0, program.lines.findIndex((entry) => entry.number >= line));
     this.state.value = state;
@@ -107,6 +118,7 @@ export class JobRunner {
     this.take(lines ?? program.lines);
     this.staleLine = this.controller.status.peek()?.line ?? null;
     this.startedAt.value = Date.now();
+    if (lines === null || this.began.value.modes === "") this.began.value = this.standsIn(); // a resume runs in what the job had
     this.state.value = "running";
     this.feed();
   }
@@ -165,12 +177,19 @@ export class JobRunner {
   private hear(status: Status): void {
     if (!this.active.peek()) return;
     this.hearLine(status.line);
+    this.followOffsets();
     if (status.state === "Alarm") this.finish("failed", t`the machine is locked; ${this.where()}`);
     const place = `${status.state} ${String(status.mpos ?? status.wpos)}`;
     this.restingReports = place === this.restingPlace ? this.restingReports + 1 : 1;
     this.restingPlace = place;
     const all = this.answered.peek() === this.lines.peek().length && this.state.peek() === "running";
     if (all && AT_REST.has(status.state) && this.restingReports >= RESTING_REPORTS) this.finish("done", "");
+  }
+
+  /** The operator may measure a tool while the job is parked. */
+  private followOffsets(): void {
+    const [began, { length, shift }] = [this.began.peek(), this.standsIn()];
+    if (began.length !== length || began.shift !== shift) this.began.value = { ...began, length, shift };
   }
 
   /** Lines before the one that is named are made. Without names (no `Ln:`), nothing is known before the end. */

@@ -62,9 +62,14 @@ function placeLines(standing: Standing): string[] {
   const length_mm = standing.offsets.get("TLO")?.[0] ?? 0;
   if (length_mm) lines.push(`G43.1Z${number(length_mm)}`);
   lines.push(...shiftLines(standing, length_mm));
-  const modes = standing.modes.split(" ").filter((word) => MODE.test(word));
-  if (modes.length > 0) lines.push(modes.join(""));
+  const modes = modeLine(standing.modes);
+  if (modes) lines.push(modes);
   return lines;
+}
+
+/** What a job may leave to the controller, of `$G`, as a line; "": nothing is known. */
+export function modeLine(modes: string): string {
+  return modes.split(" ").filter((word) => MODE.test(word)).join("");
 }
 
 /** G92 gives the present place a name: the one that leaves the offset which the machine has. */

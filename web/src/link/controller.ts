@@ -71,6 +71,9 @@ const TOOL_CHANGE = /^Tool change: T(\d+)/;
 const PARKED = /^Parked:/;
 /** Lines are the job's again, or still: the job cannot be left here, or cannot be resumed with what was set. */
 const NOT_PARKED = /^Not (?:parked|resumed): (.+)$/;
+/** M6 with $341=3: the tool change continues to wait. */
+const NOT_MEASURED = /^Tool not measured: /;
+const MEASURED = /^Tool length: /;
 const NEEDS_RESET = /^Reset to continue/;
 /** Why the controller itself keeps the machine stopped (core/machine/reset.c), also within "Locked by ALARM:57: …". */
 const SELF_LOCKS: readonly [RegExp, string][] = [
@@ -138,6 +141,8 @@ export class Controller {
   readonly parked = signal(false);
   /** Why it did not park, or did not return, the last time; "": it did. */
   readonly notParked = signal("");
+  /** That the tool of this change could not be measured, and why, as the controller says it; "": it was, or is not yet. */
+  readonly notMeasured = signal("");
   /** It has started again, and not because this page has reset it. */
   readonly restarted = signal(false);
   /** A homing line is under way: Grbl gives no reports then, WiFiCNC only those of 0x87. */
@@ -193,6 +198,8 @@ export class Controller {
 
   /** Presses of this page that stop the machine, sent or dropped: what moves it in more than one line ends with each. */
   stops = 0;
+  /** Jogs, and probing in a parked hold, that anyone else has stopped. */
+  othersStops = 0;
 
   readonly queue = new LineQueue();
   private transport: Transport | null = null;
@@ -289,15 +296,18 @@ export class Controller {
     return proof === null || (await this.ask(`$LOGIN=${proof}`, true)).kind === "ok";
   }
 
-  /** The machine has come to rest: two reports in a row from one place. Rejects when it is held, locked or gone. */
+  /** The machine has come to rest: two reports in a row from one place. Rejects when it is held, locked or gone, and when a
+   * parked hold ends, whose job moves it. */
   rest(): Promise<void> {
     return new Promise((resolve, reject) => {
       const asked = this.status.peek();
+      const isParked = this.operates.peek();
       let place = "";
       const stop = effect(() => {
         const [status, link] = [this.status.value, this.link.value];
         const end = (how: () => void): void => queueMicrotask(() => (stop(), how()));
         if (link !== "open") return end(() => reject(new Error(t`The connection was lost while the machine was moving`)));
+        if (isParked && !this.operates.value) return end(() => reject(new Error(t`The job was resumed at the machine or by another client, so nothing follows.`)));
         if (status === asked || status === null || MOVING.has(status.state)) return undefined;
         if (this.operates.value && status.substate === 1) return undefined;
         if (status.state !== "Idle" && !this.operates.value) return end(() => reject(new Error(t`The machine did not stop: ${status.state}`)));
@@ -500,7 +510,8 @@ export class Controller {
       this.role.value = "nobody";
       this.mpg.value = false;
       this.locked.value = this.silent.value = this.needsReset.value = this.homing.value = false;
-      this.status.value = this.alarm.value = this.awaitedTool.value = null;
+      this.status.value = this.alarm.value = null;
+      this.endToolChange();
       this.selfLock.value = "";
       this.settings.value = new Map();
       this.homed.value = "";
@@ -619,7 +630,8 @@ export class Controller {
     const isOwn = this.isOwnReset();
     if (!isOwn) this.homed.value = ""; // it may have been without power
     if (!isOwn && !isFirst) this.restarted.value = true;
-    this.alarm.value = this.awaitedTool.value = null;
+    this.alarm.value = null;
+    this.endToolChange();
     this.needsReset.value = this.waitsForReport = this.parked.value = false;
     this.notParked.value = this.driverSays.value = this.selfLock.value = "";
     this.askedAt = 0; // what was reported is old
@@ -635,7 +647,7 @@ export class Controller {
     this.unheard = 0;
     this.status.value = status;
     if (status.start) this.takeStart(status.start);
-    if (!HELD.has(status.state)) this.awaitedTool.value = null;
+    if (!HELD.has(status.state)) this.endToolChange();
     if (!HELD.has(status.state) && this.parked.value) this.unpark(); // someone else has resumed it
     if (status.wco) this.takeOffset(status.wco);
     if (status.overrides) {
@@ -649,6 +661,11 @@ export class Controller {
       this.selfLock.value = "";
     }
     this.onReport(status);
+  }
+
+  private endToolChange(): void {
+    this.awaitedTool.value = null;
+    this.notMeasured.value = "";
   }
 
   /** Another start than the one whose position is known: over a lost link, a reload, and a change of clients. */
@@ -701,11 +718,16 @@ export class Controller {
 
   private takeMessage(body: string): void {
     this.onMessage(body);
-    if (JOG_STOPPED.test(body)) this.onJogStopped();
+    if (JOG_STOPPED.test(body)) {
+      this.othersStops++;
+      this.onJogStopped();
+    }
     if (NEEDS_RESET.test(body)) this.needsReset.value = true;
     this.selfLock.value = this.needsReset.value ? "" : (SELF_LOCKS.find(([text]) => text.test(body))?.[1] ?? this.selfLock.value);
     const tool = TOOL_CHANGE.exec(body)?.[1];
     if (tool) this.awaitedTool.value = Number(tool);
+    if (NOT_MEASURED.test(body)) this.notMeasured.value = body;
+    else if (MEASURED.test(body)) this.notMeasured.value = "";
     if (PARKED.test(body)) {
       this.parked.value = true;
       this.notParked.value = "";

@@ -200,6 +200,8 @@ export interface ProbeMachine {
   send(line: string): Promise<string[]>;
   /** Rejects when it does not come to rest. */
   rest(): Promise<void>;
+  /** A jog, until the machine rests. Rejects when it is refused, or stopped before its end by anyone. */
+  move(line: string): Promise<void>;
   machine_mm(): readonly number[];
   /** Unit of `[PRB:]`. */
   report_mm(): number;
@@ -212,44 +214,61 @@ export interface ProbeMachine {
 
 export class ProbeError extends Error {}
 
-/** Rejects at the first step that does not end as it must; what was set before stays set. @returns the contacts */
-export async function runProbe(steps: readonly Step[], machine: ProbeMachine, isStopped: () => boolean): Promise<Map<string, number>> {
-  const contacts = new Map([...AXES].map((axis, i) => [`start ${axis}`, machine.machine_mm()[i] ?? 0]));
+/** Rejects at the first step that does not end as it must; what was set before stays set. @param ended  why the cycle may not
+ * continue; "": it may @returns the contacts */
+export async function runProbe(steps: readonly Step[], machine: ProbeMachine, ended: () => string): Promise<Map<string, number>> {
+  const start_mm = machine.machine_mm();
+  if (start_mm.length === 0) throw new ProbeError(t`The controller has not reported its position and its work offset yet. Try again in a moment.`);
+  const contacts = new Map([...AXES].map((axis, i) => [`start ${axis}`, start_mm[i] ?? 0]));
   if (machine.isTouching()) throw new ProbeError(t`The probe is in contact already: nothing was moved. Lift the tool off, and check the clip.`);
+  const mayContinue = (): void => {
+    const why = ended();
+    if (why) throw new ProbeError(why);
+  };
   for (const step of steps) {
-    if (isStopped()) throw new ProbeError(t`Stopped by hand.`);
-    await runStep(step, machine, contacts);
+    mayContinue();
+    await runStep(step, machine, contacts, mayContinue);
   }
+  mayContinue();
   return contacts;
 }
 
-async function runStep(step: Step, machine: ProbeMachine, contacts: Map<string, number>): Promise<void> {
+async function runStep(step: Step, machine: ProbeMachine, contacts: Map<string, number>, mayContinue: () => void): Promise<void> {
   const mean = (names: readonly string[]): number => names.reduce((sum, name) => sum + contacts.get(name)!, 0) / names.length;
   if (step.kind === "set") {
     const here_mm = machine.machine_mm()[AXES.indexOf(step.axis)]!;
-    await machine.setPosition(step.axis, step.value_mm + here_mm - (mean(step.of) + step.shift_mm));
-    return;
+    return machine.setPosition(step.axis, step.value_mm + here_mm - (mean(step.of) + step.shift_mm));
   }
   if (step.kind === "length") return machine.setLength(contacts.get(step.of)!);
-  if (step.kind === "middle") {
-    await machine.send(`$J=G53G21G90${step.axis}${number(mean(step.of))}F${number(step.feed_mm_min)}`);
-    return machine.rest();
+  if (step.kind === "middle") return machine.move(`$J=G53G21G90${step.axis}${number(mean(step.of))}F${number(step.feed_mm_min)}`);
+  if (step.kind === "jog") {
+    await machine.move(step.line);
+    if (machine.isTouching()) throw new ProbeError(t`The probe is still in contact after the tool was moved away: the cycle ended here.`);
+    return undefined;
   }
   const said = await machine.send(step.line);
+  mayContinue(); // a job that was resumed meanwhile would be waited for
   await machine.rest();
-  if (step.kind === "jog") {
-    if (machine.isTouching()) throw new ProbeError(t`The probe is still in contact after the tool was moved away: the cycle ended here.`);
+  mayContinue();
+  return takeContact(step, contactOf(said), machine, contacts);
+}
+
+function takeContact(step: Step & { kind: "touch" | "clear" }, found: Contact, machine: ProbeMachine, contacts: Map<string, number>): void {
+  if (step.kind === "clear") {
+    if (found.touched) throw new ProbeError(t`The tool touched something on a move that must be free: the cycle ended here, at the contact.`);
     return;
   }
-  const found = contactOf(said);
-  if (step.kind === "clear" && found.touched) throw new ProbeError(t`The tool touched something on a move that must be free: the cycle ended here, at the contact.`);
-  if (step.kind === "clear") return;
   if (!found.touched) throw new ProbeError(t`The probe found nothing on its way along ${step.axis}: nothing was set for it.`);
   contacts.set(step.name, found.at[AXES.indexOf(step.axis)]! * machine.report_mm());
 }
 
+interface Contact {
+  touched: boolean;
+  at: number[];
+}
+
 /** `[PRB:x,y,z:1]` */
-function contactOf(said: readonly string[]): { touched: boolean; at: number[] } {
+function contactOf(said: readonly string[]): Contact {
   const match = said.map((text) => /^\[PRB:([-\d.,]+):([01])\]$/.exec(text)).find((found) => found !== null);
   if (!match) throw new ProbeError(t`The controller has not reported where the probe is.`);
   return { touched: match[2] === "1", at: match[1]!.split(",").map(Number) };

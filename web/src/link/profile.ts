@@ -1,7 +1,7 @@
 /** Machine profiles (examples/machines): the settings that `wificnc settings import` makes of one. The keys, and the
  * profiles that come with WiFiCNC, are generated from the model of the command line. Pure. */
 import { parse } from "smol-toml";
-import raw from "../generated/machines.json";
+import raw from "../../../build/generated/machines.json";
 import { AXES, settingNumber, settingProblem, TABLES } from "../tables";
 import { SettingsFileError } from "./settingsfile";
 import { t } from "../words";

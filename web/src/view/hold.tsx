@@ -22,6 +22,7 @@ export function HoldNotice(): JSX.Element | null {
   return (
     <>
       <RefusedNotice />
+      <NotMeasuredNotice />
       {controller.parked.value ? <ParkedNotice /> : <WaitingNotice />}
     </>
   );
@@ -39,6 +40,13 @@ function RefusedNotice(): JSX.Element | null {
       text={leaves ? t`Press “Jog, probe or zero here” again and correct the work zero or the tool length, then press Resume.` : undefined}
     />
   );
+}
+
+/** The words of the controller: the tool is down where it has looked for the setter, and Resume looks once more. */
+function NotMeasuredNotice(): JSX.Element | null {
+  const why = controller.notMeasured.value;
+  if (!why) return null;
+  return <Notice kind="bad" title={why} text={t`The tool is where the measuring has left it. Resume measures once more; or press “Jog, probe or zero here”, lift Z, and set the tool length or the work zero of Z by hand.`} />;
 }
 
 function WaitingNotice(): JSX.Element {

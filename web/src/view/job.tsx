@@ -4,6 +4,7 @@ import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
 import { attempt, checkJob, controller, fail, held, isStale, job, noLines, noPlace, preflight, standing, unknownYet } from "../app";
 import { describe, secondsAtLine, secondsLeft, type Preflight } from "../job/preflight";
+import { discarded, namesSystem, otherSystem } from "../job/began";
 import type { Report } from "../job/core";
 import { laserWarning } from "../job/engraving";
 import { endingWords } from "../job/ending";
@@ -278,7 +279,7 @@ function doubts(): string[] {
 
 function StartDialog({ onClose }: { onClose: () => void }): JSX.Element {
   const again = job.ended.value;
-  const reasons = doubts();
+  const reasons = [...doubts(), ...(again ? changedSince() : [])];
   return (
     <Dialog
       title={again ? t`Run the job again from its first line?` : t`Start this job all the same?`}
@@ -307,6 +308,14 @@ function StartDialog({ onClose }: { onClose: () => void }): JSX.Element {
       </ul>
     </Dialog>
   );
+}
+
+/** A stop, a reset and the end of a program leave G54, and a reset no tool length: the job would run elsewhere. */
+function changedSince(): string[] {
+  const [began, now] = [job.began.value, job.standsIn()];
+  const systems = namesSystem(job.program.value!.lines) ? null : otherSystem(began, now);
+  const words = systems && [t`The job ran in ${systems.then}, and the machine is in ${systems.now} now. To run it there again, choose ${systems.then} on the tab Control first.`];
+  return [...(words ?? []), ...discarded(began, now)];
 }
 
 /** Why no job can be started now; "": one can. */
@@ -424,13 +433,21 @@ function ResumeBar(): JSX.Element {
 }
 
 function facts(): MachineFacts {
-  const { machine_mm, offsets, settings } = standing.value;
+  const { machine_mm, offsets, settings, modes } = standing.value;
   return {
     axisCount: controller.axisCount.value,
     machine_mm: [...machine_mm],
     offsets: Object.fromEntries([...offsets].map(([row, mm]) => [row, [...mm]])),
+    modes: (job.ended.value && job.began.value.modes) || modes,
     laser: Number(settings.get(LASER_MODE) ?? 0) > 0,
   };
+}
+
+function resumedIn(): string[] {
+  if (!job.ended.value) return [];
+  const [began, now] = [job.began.value, job.standsIn()];
+  const systems = otherSystem(began, now);
+  return [...(systems ? [t`The job ran in ${systems.then}, and the machine is in ${systems.now} now: the resume takes what the job had.`] : []), ...discarded(began, now)];
 }
 
 function ResumeDialog({ plan, onClose }: { plan: Resume; onClose: () => void }): JSX.Element {
@@ -459,7 +476,7 @@ function ResumeDialog({ plan, onClose }: { plan: Resume; onClose: () => void }):
       <pre class="code" data-test="resume-preamble">
         {plan.preamble.join("\n")}
       </pre>
-      {plan.notes.map((note) => (
+      {[...plan.notes, ...resumedIn()].map((note) => (
         <Notice key={note} kind="warn" title={note} />
       ))}
     </Dialog>

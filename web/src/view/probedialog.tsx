@@ -2,7 +2,7 @@
 import { signal, useSignal } from "@preact/signals";
 import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
-import { attempt, controller, noMotion, standing } from "../app";
+import { attempt, controller, move, noMotion, standing } from "../app";
 import { edgeAngle_deg, planProbe, probeProblem, runProbe, stepText, USUAL, type Cycle, type ProbeMachine, type ProbeValues, type Sign, type Step } from "../link/probing";
 import { setPosition, showsInches, undoZero, workSystem } from "../zeroing";
 import { Button, Dialog, Field, Notice, Segments, StartStop } from "./parts";
@@ -76,6 +76,7 @@ const WIZARDS: readonly Wizard[] = [
 const machine: ProbeMachine = {
   send: (line) => controller.send(line),
   rest: () => controller.rest(),
+  move: (line) => move(line),
   machine_mm: () => standing.value.machine_mm,
   report_mm: () => (showsInches.value ? MM_PER_INCH : 1),
   isTouching: () => isTouching(),
@@ -116,18 +117,36 @@ function isTouching(): boolean {
   return controller.status.value?.pins.includes("P") ?? false;
 }
 
-/** Of the program, as they were before the cycle; those of a parked job come back by themselves. */
-async function withModes(work: () => Promise<void>): Promise<void> {
+/** Of the program, as they were before the cycle, also when the cycle was stopped by a reset, which forgets them and the tool
+ * length; those of a parked job come back by themselves. @param kept_mm  the tool length that is to be in force */
+async function withModes(work: () => Promise<void>, kept_mm: () => number): Promise<void> {
   if (controller.operates.value) return work();
   await controller.refresh("$G");
-  const words = controller.modes.value.split(" ").filter((word) => /^(G9[01]|G2[01]|G9[345])$/.test(word));
-  const feed = controller.modes.value.split(" ").filter((word) => /^F[\d.]+$/.test(word) && words.includes("G94"));
+  const { modes } = controller;
+  const words = modes.value.split(" ").filter((word) => /^(G5[4-9](\.[123])?|G9[01]|G2[01]|G9[345])$/.test(word));
+  const feed = modes.value.split(" ").filter((word) => /^F[\d.]+$/.test(word) && words.includes("G94"));
   try {
     await work();
   } finally {
-    if (controller.state.value === "Idle") await controller.send(["G0", ...words, ...feed].join(""));
+    await controller.rest().catch(() => {}); // after a reset the last report is from before it
+    if (controller.state.value === "Idle") {
+      await controller.refresh("$#");
+      if (length_mm() === 0 && kept_mm() !== 0) await controller.send(lengthLine(kept_mm()));
+      await controller.send(["G0", ...words, ...feed].join(""));
+    }
   }
   return undefined;
+}
+
+/** Why a cycle may not continue; "": it may. */
+function watch(): () => string {
+  const [stops, others, parked] = [controller.stops, controller.othersStops, controller.operates.peek()];
+  return () => {
+    if (controller.stops !== stops) return t`Stopped by hand.`;
+    if (controller.othersStops !== others) return t`Stopped by another client or at the machine`;
+    if (controller.operates.peek() === parked && controller.commands.peek()) return "";
+    return t`The job was resumed at the machine or by another client, so nothing follows.`;
+  };
 }
 
 type Phase = "ready" | "running" | "stopping" | "done";
@@ -143,12 +162,17 @@ export function ProbeDialog({ cycle, title, onClose }: { cycle: Cycle; title: st
   const tested = useProbeTest();
   const found = useSignal<ReadonlyMap<string, number>>(new Map());
   const before_mm = useSignal(0);
+  const kept_mm = useSignal(0);
   const set = useSignal<readonly string[]>([]);
   const noting: ProbeMachine = {
     ...machine,
     setPosition: async (axis, value_mm) => {
       await machine.setPosition(axis, value_mm);
       set.value = [...set.value, axis];
+    },
+    setLength: async (contact_mm) => {
+      await machine.setLength(contact_mm);
+      kept_mm.value = length_mm();
     },
   };
   const undo = async (): Promise<void> => {
@@ -157,13 +181,13 @@ export function ProbeDialog({ cycle, title, onClose }: { cycle: Cycle; title: st
   };
   const go = async (): Promise<void> => {
     [phase.value, failed.value, set.value] = ["running", "", []];
-    const stops = controller.stops;
+    const ended = watch();
     try {
-      before_mm.value = length_mm();
-      await withModes(async () => void (found.value = await runProbe(steps, noting, () => controller.stops !== stops)));
+      before_mm.value = kept_mm.value = length_mm();
+      await withModes(async () => void (found.value = await runProbe(steps, noting, ended)), () => kept_mm.value);
       phase.value = "done";
     } catch (error) {
-      failed.value = controller.stops !== stops ? t`Stopped by hand.` : error instanceof Error ? error.message : String(error);
+      failed.value = ended() || (error instanceof Error ? error.message : String(error));
       phase.value = "ready";
     }
   };
