@@ -1,4 +1,4 @@
-"""Our core and the ESP32's step engine on the virtual chip, without an operating system: emulators/tests/espsim/bare."""
+"""Our core and the step engine of the ESP32 on the virtual chip, alone: emulators/tests/espsim/bare."""
 
 from __future__ import annotations
 
