@@ -31,6 +31,15 @@ def hands_say(server: Server, line: str) -> str:
 SLOW = 0.05  # of real time: a second of cutting takes 20 s, however long a busy computer takes for a click
 
 
+def press(control: Locator) -> None:
+    """Until it is taken: what has just appeared, moved or changed takes no presses for a moment."""
+    control.click()
+    sign = control.page.locator("[data-ignored]")
+    while sign.count():
+        expect(sign).to_have_count(0)
+        control.click()
+
+
 class Console:
     """A page that is connected, its controller, and the link between them."""
 
@@ -44,12 +53,7 @@ class Console:
         return self.page.locator(f"[data-test='{test_id}']")
 
     def press(self, test_id: str) -> None:
-        """Until it is taken: what has just appeared, moved or changed takes no presses for a moment."""
-        self.by(test_id).click()
-        sign = self.page.locator(f"[data-test='{test_id}'][data-ignored]")
-        while sign.count():
-            expect(sign).to_have_count(0)
-            self.by(test_id).click()
+        press(self.by(test_id))
 
     def tab(self, name: str) -> None:
         self.page.click(f"#tab-{name}")

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from console_page import SLOW
+from console_page import SLOW, press
 from playwright.sync_api import Page, expect
 from slow import deep_but
 from web_fixture import DESKTOP, Watched
@@ -137,7 +137,7 @@ def test_every_dialog_fits_the_screen(opened: Callable[..., Page], look: str) ->
     broken: list[str] = []
     for name, tab, button in DIALOGS:
         page.click(f"#tab-{tab}")
-        page.locator(button).first.click()
+        press(page.locator(button).first)
         dialog = page.get_by_role("dialog")
         expect(dialog).to_be_visible()
         page.screenshot(path=SCREENS / f"dialog-{name}-{look}.png")
