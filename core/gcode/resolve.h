@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT
- * Block + state -> command, in Grbl 1.1h's order of checks. For core/gcode and readers of programs. [task] Pure.
+ * Block + state -> command, in Grbl 1.1h's order of checks. For core/gcode and readers of programs. [task]
+ * Pure.
  *
  *   resolve.c        the order; modal groups, F S T N, dwell, path, program end
  *   resolve_straight.c  the short way of most lines

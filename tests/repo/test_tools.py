@@ -84,7 +84,7 @@ def test_generated_lint_finds_a_stale_file(tmp_path: Path) -> None:
     """The real generators in a copy of the tree, in which one output was edited by hand."""
     for folder in ("boards", "cli", "core", "docs", "emulators", "linuxcnc", "protocol", "targets", "tools"):
         shutil.copytree(ROOT / folder, tmp_path / folder, ignore=shutil.ignore_patterns("__pycache__", "*.png"))
-    for name in ("pyproject.toml",):
+    for name in ("README.md", "pyproject.toml"):
         shutil.copy(ROOT / name, tmp_path / name)
     stale = tmp_path / "core/settings/settings_gen.h"
     stale.write_text(stale.read_text() + "/* by hand */\n")

@@ -7,10 +7,10 @@ import shlex
 from pathlib import Path
 
 import pytest
+from generate.board_docs import board_page
 from serve_peer import Peer
 from wificnc.app import root
 from wificnc.board.load import load_board
-from wificnc.build.checkout import checkout_root
 from wificnc.machine import load_machine
 from wificnc.nvs.image import read_image
 from wificnc.nvs.values import NAMESPACE, setting_keys
@@ -94,7 +94,7 @@ def test_a_machine_of_three_axes_homes_on_a_board_of_six(
     board_id: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It once sought a switch of A, for 300 mm, and ended in ALARM:9."""
-    page = (checkout_root() / "docs" / "start" / f"{board_id}.md").read_text(encoding="utf-8")
+    page = board_page(load_board(board_id))
     monkeypatch.chdir(tmp_path)
     root.main(line_of(page, "wificnc nvs build")[1:], standalone_mode=False)
     board, stored = load_board(board_id), settings_of(tmp_path / "nvs.bin")

@@ -19,7 +19,7 @@ from native_layout import (
 )
 from wificnc.sim import native
 
-MODULES = ("wificnc.job.native", "wificnc.sim.native")
+MODULES = ("wificnc.job.native", "wificnc.serve.announce", "wificnc.sim.native")
 
 
 @pytest.mark.parametrize("ours", structures(MODULES), ids=lambda ours: ours.__name__)
