@@ -80,8 +80,8 @@ def build_boards(tree: Tree) -> None:
 
 
 def share_objects(tree: Tree) -> None:
-    """The core's objects of this checkout's own image: no folder is in them, and to compile them again takes half a
-    minute. test_release.py compares with a tree that compiles all."""
+    """The core's objects of this checkout's own image: to compile them again takes half a minute. The image is the same
+    then, but its debug information names this checkout."""
     if PIC32MZ_BOARD not in tree.boards:
         return
     here = build_pic32mz(load_board(PIC32MZ_BOARD), cc="gcc").elf.parent

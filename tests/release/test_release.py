@@ -277,24 +277,22 @@ def test_the_linuxcnc_component_is_one_c_file(dist: Path, tmp_path: Path) -> Non
 
 
 @pytest.mark.deep
-def test_the_same_commit_gives_the_same_bytes(dist: Path, tmp_path: Path) -> None:
-    """Another folder, other file times, another umask, called from elsewhere."""
-    other = make_tree(tmp_path / "somewhere" / "quite" / "else")
+def test_the_same_commit_gives_the_same_bytes(tmp_path: Path) -> None:
+    """Another folder, other file times, another umask, called from elsewhere; each tree compiles all of it."""
+    one, other = (make_tree(tmp_path / folder) for folder in ("one", "somewhere/quite/else"))
     for path in (other.root / "core").rglob("*"):
         os.utime(path, (1_000_000_000, 1_000_000_000))
-    build_boards(other)
-    umask = os.umask(0o077)
-    try:
-        other.release("-o", other.root / "dist", "--platforms", "none", cwd=tmp_path)
-    finally:
-        os.umask(umask)
-    ours = {path.relative_to(dist): path for path in dist.rglob("*") if path.is_file()}
-    theirs = {
-        path.relative_to(other.root / "dist"): path for path in (other.root / "dist").rglob("*") if path.is_file()
-    }
+    for made, umask, folder in ((one, 0o022, one.root), (other, 0o077, tmp_path)):
+        build_boards(made)
+        before = os.umask(umask)
+        try:
+            made.release("-o", made.root / "dist", "--platforms", "none", cwd=folder)
+        finally:
+            os.umask(before)
+    ours, theirs = ({path.relative_to(folder): path for path in folder.rglob("*") if path.is_file()}
+                    for folder in (one.root / "dist", other.root / "dist"))  # fmt: skip
     assert set(ours) == set(theirs)
-    differ = [str(name) for name in ours if ours[name].read_bytes() != theirs[name].read_bytes()]
-    assert differ == []
+    assert [str(name) for name in ours if ours[name].read_bytes() != theirs[name].read_bytes()] == []
 
 
 def test_nothing_in_it_names_the_folder_it_was_made_in(dist: Path, tree: Tree) -> None:
