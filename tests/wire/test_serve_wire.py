@@ -264,15 +264,16 @@ def resources(server: Server) -> tuple[int, int]:
 
 @pytest.mark.slow
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="Linux tells it there")
-def test_a_thousand_connections(serve: Callable[..., Server], many_files: None) -> None:
+@pytest.mark.parametrize(("count", "variant"), [(200, "release"), pytest.param(1000, "asan", marks=pytest.mark.deep)])
+def test_many_connections(serve: Callable[..., Server], many_files: None, count: int, variant: str) -> None:
     """Beyond four they are closed immediately: the four are served, nothing is kept, nothing moves."""
-    server = serve("asan")
+    server = serve(variant)
     with ExitStack() as stack:
         four = [stack.enter_context(Device(ADDRESS)) for _ in range(4)]
         for device in four:
             device.handshake()
         memory, files = resources(server)
-        for number in range(1000):
+        for number in range(count):
             misbehave(stack.enter_context(connection()), number % 8)
             if number % 100 == 99:
                 assert [device.request(Ping(number), Pong) for device in four] == [Pong(number)] * 4
