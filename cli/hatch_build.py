@@ -7,7 +7,7 @@ from typing import Any
 
 from hatchling.builders.hooks.plugin.interface import BuildHookInterface
 
-# Read at wificnc/carried (cli/wificnc/checked/paths.py). firmware/ is there when `wificnc release` builds the package.
+# Read at wificnc/carried (cli/wificnc/files/paths.py). firmware/ is there when `wificnc release` builds the package.
 CARRIED = (
     "CMakeLists.txt",
     "LICENSE",
@@ -21,7 +21,7 @@ CARRIED = (
     "protocol",
     "targets",
 )
-# Read at wificnc/page (cli/wificnc/serve/page.py): `wificnc release` puts it at page/, `make web` at web/dist.
+# Read at wificnc/page (cli/wificnc/files/paths.py): `wificnc release` puts it at page/, `make web` at web/dist.
 PAGES = ("page", "web/dist")
 
 

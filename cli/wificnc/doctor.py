@@ -16,9 +16,9 @@ from wificnc.build.compiler import identify_compiler, locate_compiler
 from wificnc.build.esp32 import core_directory, find_platformio, missing_packages
 from wificnc.build.mips import find_compiler
 from wificnc.build.native import carried_library
-from wificnc.checked import paths
 from wificnc.errors import BuildError
-from wificnc.flash.ports import Port, usb_ports
+from wificnc.files import paths
+from wificnc.firmware.flash.ports import Port, usb_ports
 from wificnc.system import System
 
 OLDEST_PYTHON = (3, 10)

@@ -13,8 +13,8 @@ from rich.table import Table
 from rich.text import Text
 
 from wificnc import ui
+from wificnc.connection.client import Snapshot
 from wificnc.job.run import LineError, Phase, Progress
-from wificnc.link.client import Snapshot
 
 KEYS = "! hold   ~ resume   + - 0 feed   x reset   q quit"
 AXES = "XYZABC"

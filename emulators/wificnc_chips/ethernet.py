@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 
 from wificnc.board.model import Board
+from wificnc.connection.port import BOARD_PORT
+from wificnc.connection.wmc3.layout import CONTROL_PORT, UDP_PORT
 from wificnc.errors import ServeError
-from wificnc.flash.ota import PORT as UPDATE_PORT
-from wificnc.link.port import BOARD_PORT
-from wificnc.serve.options import Address, ServeOptions
-from wificnc.wmc3.layout import CONTROL_PORT, UDP_PORT
+from wificnc.firmware.flash.ota import PORT as UPDATE_PORT
+from wificnc.simulator.serve.options import Address, ServeOptions
 
 from wificnc_chips.cable import Cable, Network, Socketed
 from wificnc_chips.slirp import PACKAGE_HINT, UserNetwork, has_slirp

@@ -18,9 +18,9 @@ from wificnc.job.ending import MARK
 from wificnc.job.expand import Start, expand, load_expand, needs_expansion
 from wificnc.job.program import CODE_CHARACTERS, code_of, read_program
 from wificnc.output import Output, check_suffix
-from wificnc.sim.job import read_job, simulated_text, split_lines
-from wificnc.sim.run import SimOptions, simulate
-from wificnc.sim.trace import raw_to_npz
+from wificnc.simulator.job import read_job, simulated_text, split_lines
+from wificnc.simulator.run import SimOptions, simulate
+from wificnc.simulator.trace import raw_to_npz
 
 from wificnc_chips.pic32mz.chip import VirtualChip
 from wificnc_chips.pins import SUFFIXES, PinTrace, drive_pins, pin_labels

@@ -13,7 +13,7 @@ from wificnc.build.compiler import Compiler, compiler_stamp, identify_compiler, 
 from wificnc.build.host import LIBRARY_NAME, WARNINGS
 from wificnc.build.lock import build_lock
 from wificnc.build.objects import Unit, compile_stale, failure, is_older, put_in_place
-from wificnc.checked.jsonfile import read_json
+from wificnc.files.jsonfile import read_json
 
 HERE = Path(__file__).resolve().parent
 # What a virtual chip shares with the firmware, whose sources are the command's.

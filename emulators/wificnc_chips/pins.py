@@ -7,7 +7,7 @@ from typing import TextIO
 
 from wificnc.board.model import Board
 from wificnc.errors import UserError
-from wificnc.sim.run import parse_at
+from wificnc.simulator.run import parse_at
 
 from wificnc_chips.esp32.machine import SHIFT_PIN
 from wificnc_chips.wired import Wired, number_of, pin_numbers

@@ -20,9 +20,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from wificnc.errors import ServeError
-from wificnc.serve.options import Address, ServeOptions
-from wificnc.serve.server import ClientEvent, no_pty
-from wificnc.serve.store_file import claim_store
+from wificnc.simulator.serve.options import Address, ServeOptions
+from wificnc.simulator.serve.server import ClientEvent, no_pty
+from wificnc.simulator.serve.store_file import claim_store
 
 from wificnc_chips.control import Control, ControlClient
 from wificnc_chips.esp32.machine import EspMachine

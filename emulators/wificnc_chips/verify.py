@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from wificnc.board.model import Board
-from wificnc.checked.paths import shown
 from wificnc.errors import BuildError, FlashError, UserError
-from wificnc.sim.run import SimOptions
+from wificnc.files.paths import shown
+from wificnc.simulator.run import SimOptions
 
 from wificnc_chips.job import run_on_chip
 from wificnc_chips.wired import Wired, greet, wire

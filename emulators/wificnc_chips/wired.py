@@ -8,9 +8,9 @@ from typing import Protocol
 from wificnc.board.model import Board
 from wificnc.build.image import Block, read_hex
 from wificnc.errors import BuildError, JobError, UserError
-from wificnc.flash.find import firmware_folder
-from wificnc.nvs.image import read_image
-from wificnc.nvs.values import NAMESPACE
+from wificnc.firmware.flash.find import firmware_folder
+from wificnc.firmware.nvs.image import read_image
+from wificnc.firmware.nvs.values import NAMESPACE
 
 from wificnc_chips.esp32.image import load_image
 from wificnc_chips.esp32.machine import SHIFT_PIN, EspMachine, gpio

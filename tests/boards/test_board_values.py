@@ -11,7 +11,7 @@ from wificnc.app import root
 from wificnc.board import paths
 from wificnc.board.load import check_board
 from wificnc.errors import Exit
-from wificnc.machine import check_machine
+from wificnc.profile import check_machine
 
 GOOD_TEXT = (paths.BOARDS / "esp32s3-devkitc.toml").read_text(encoding="utf-8")
 NOTE_1 = '"Without the W5500, GPIO0, 45, 46 and 47 stay unused.",'

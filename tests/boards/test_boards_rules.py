@@ -12,8 +12,8 @@ from wificnc.board.chip import load_chips
 from wificnc.board.load import check_board, load_board
 from wificnc.board.problem import RULES, BoardProblems
 from wificnc.board.rules import ALLOWABLE
-from wificnc.checked.tomlfile import read_toml
 from wificnc.errors import BoardError
+from wificnc.files.tomlfile import read_toml
 
 INVALID = sorted((Path(__file__).parent / "invalid").glob("*.toml"))
 GOOD_TEXT = (paths.BOARDS / "esp32-wroom32.toml").read_text(encoding="utf-8")

@@ -9,7 +9,7 @@ import pytest
 from wificnc.board.chip import load_chips
 from wificnc.board.load import find_boards, load_board
 from wificnc.board.model import Board, Role
-from wificnc.checked.problem import key_text
+from wificnc.files.problem import key_text
 
 if sys.version_info >= (3, 11):
     import tomllib

@@ -10,8 +10,8 @@ from click.testing import CliRunner, Result
 from wificnc.app import root
 from wificnc.board.load import load_board
 from wificnc.errors import BoardError, Exit
-from wificnc.nvs.fit import check_pins
-from wificnc.nvs.values import number_entry
+from wificnc.firmware.nvs.fit import check_pins
+from wificnc.firmware.nvs.values import number_entry
 
 WROOM, S3, SHIFTED = "esp32-wroom32", "esp32s3-devkitc", "jackpot"
 

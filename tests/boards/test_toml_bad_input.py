@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 from wificnc.board.load import check_board, load_board
-from wificnc.checked.problem import FileProblems
-from wificnc.checked.tomlfile import read_toml
+from wificnc.files.problem import FileProblems
+from wificnc.files.tomlfile import read_toml
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from bench.motion import BASELINE, Limits, baseline, measure, with_stalls
 from bench.optimum import optimal_time_s
 from bench.program import read_program
 from bench.steps import Steps, derivative, deviation
-from wificnc.machine import load_machine
+from wificnc.profile import load_machine
 
 RATE_MM_S, ACCEL_MM_S2 = 5000 / 60, 500.0
 

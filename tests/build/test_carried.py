@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 from wificnc.build import checkout
-from wificnc.checked import paths
 from wificnc.errors import BuildError
-from wificnc.flash.find import firmware_folder
+from wificnc.files import paths
+from wificnc.firmware.flash.find import firmware_folder
 
 
 @pytest.fixture

@@ -17,10 +17,10 @@ from chip import make_build
 from core_bridge import FAST, Bridge
 from wificnc.app import root
 from wificnc.board.load import load_board
+from wificnc.connection.discover import Found
 from wificnc.errors import Exit
-from wificnc.link.discover import Found
-from wificnc.serve.options import Address, ServeOptions
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.options import Address, ServeOptions
+from wificnc.simulator.serve.server import Server
 
 Cli = Callable[..., tuple[int, str, str]]
 

@@ -11,10 +11,10 @@ from cli_parameters import parameters
 from wificnc.app import root
 from wificnc.board.load import load_board
 from wificnc.commands._secret import Secret
-from wificnc.link.access import KEY_VARIABLE
-from wificnc.nvs.image import read_image
-from wificnc.serve.options import Address, ServeOptions
-from wificnc.serve.server import Server
+from wificnc.connection.access import KEY_VARIABLE
+from wificnc.firmware.nvs.image import read_image
+from wificnc.simulator.serve.options import Address, ServeOptions
+from wificnc.simulator.serve.server import Server
 
 Cli = Callable[..., tuple[int, str, str]]
 KEY = "correct horse battery"

@@ -9,8 +9,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
+from wificnc.connection.settings import all_known, assignment, find
 from wificnc.errors import UserError
-from wificnc.link.settings import all_known, assignment, find
 
 Cli = Callable[..., tuple[int, str, str]]
 NUMBERS = sorted(entry.number for entry in all_known())

@@ -9,9 +9,9 @@ from types import ModuleType
 import pytest
 from wificnc import __version__
 from wificnc.app import main
-from wificnc.checked import paths
 from wificnc.commands._chip import require_chips
 from wificnc.errors import Exit, UserError
+from wificnc.files import paths
 
 PACKAGE = "wificnc_chips"
 

@@ -8,7 +8,7 @@ import numpy as np
 from c_library import LIB
 from grbl_host import HZ, Grbl
 from numpy.typing import NDArray
-from wificnc.sim.native import HostBoard, Tasks
+from wificnc.simulator.library import HostBoard, Tasks
 
 STEPS_MM = 250.0  # $100 after a first start
 COUNTS = 4  # a detent

@@ -10,7 +10,7 @@ from c_library import LIB
 from dial_grbl import REST_S, STEPS_MM, DialGrbl, make
 from driver_grbl import HOT, DriverGrbl
 from grbl_host import HZ, Grbl, add_drivers
-from wificnc.sim.native import HostBoard, Tasks
+from wificnc.simulator.library import HostBoard, Tasks
 
 FEED_MM_S, ACCEL_MM_S2 = 30.0, 500.0
 BOUND_MM = FEED_MM_S**2 / (2 * ACCEL_MM_S2)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from dial_grbl import STEPS_MM, make
-from wificnc.sim.native import Tasks
+from wificnc.simulator.library import Tasks
 
 FEED_MM_S, STEP_MM = 30.0, 0.1
 BUSY = "controller was busy"

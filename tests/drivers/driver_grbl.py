@@ -9,7 +9,7 @@ from typing import Any
 
 from c_library import LIB
 from grbl_host import HZ, Grbl
-from wificnc.sim.native import HostBoard, Tasks
+from wificnc.simulator.library import HostBoard, Tasks
 
 TMC2209, TMC5160, TMC2130 = 1, 2, 3
 SECOND = 6  # motor of an axis, the second one: this more

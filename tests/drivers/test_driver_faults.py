@@ -34,7 +34,7 @@ from driver_grbl import (
 from grbl_host import HZ
 from patience import HANG_S
 from slow import cases_but, deep_but
-from wificnc.sim.native import Tasks
+from wificnc.simulator.library import Tasks
 
 NOTICED_S = 0.3
 MOVE = "G91\nG1X200Y200F1200\n"

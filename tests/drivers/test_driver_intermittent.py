@@ -19,7 +19,7 @@ from driver_grbl import (
     DriverGrbl,
     make,
 )
-from wificnc.sim.native import Tasks
+from wificnc.simulator.library import Tasks
 
 ALARM = "ALARM:54"
 LOOK_S = 0.1  # a driver of three is looked at every 36 ms, one by SPI twice

@@ -6,7 +6,7 @@ import pytest
 from c_library import LIB
 from driver_grbl import KINDS, DriverGrbl
 from grbl_host import HZ
-from wificnc.sim.native import Tasks
+from wificnc.simulator.library import Tasks
 
 REST_S = 0.1
 # A look each ms; of each bus its answers' ends besides, from which a driver that was looked at is taken as fine.

@@ -12,10 +12,10 @@ from click.testing import CliRunner, Result
 from patience import HANG_S
 from wificnc.app import root
 from wificnc.board.load import load_board
+from wificnc.connection.drivers import parse_driver, scaled_steps, settings_axis
 from wificnc.errors import JobError, RefusedError, UserError
-from wificnc.link.drivers import parse_driver, scaled_steps, settings_axis
-from wificnc.serve.options import Address, ServeOptions
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.options import Address, ServeOptions
+from wificnc.simulator.serve.server import Server
 
 
 def serve(board: str) -> Server:

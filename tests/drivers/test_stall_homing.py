@@ -19,7 +19,7 @@ from driver_grbl import (
     make,
 )
 from slow import cases_but
-from wificnc.sim.native import Tasks
+from wificnc.simulator.library import Tasks
 
 HOMING = ("$22=1", "$23=0", "$24=1500", "$25=2400", "$26=10", "$27=2", "$44=7", "$45=0")
 STALL = tuple(f"$25{ax}=80" for ax in range(3))

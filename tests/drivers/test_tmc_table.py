@@ -7,7 +7,7 @@ from typing import get_args
 
 import pytest
 from wificnc.board.buses import Driver
-from wificnc.protocol.tmc import TMC_PATH, load_tmcs, parse_tmcs
+from wificnc.tables.tmc import TMC_PATH, load_tmcs, parse_tmcs
 
 
 def test_each_kind_of_a_board_file_has_a_row() -> None:

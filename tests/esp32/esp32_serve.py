@@ -14,7 +14,7 @@ from wificnc.board.header import pin_header_text, write_if_changed
 from wificnc.board.load import load_board
 from wificnc.build.checkout import checkout_root
 from wificnc.build.host import build_program
-from wificnc.web.embed import EmbeddedFile, page_header_text
+from wificnc.firmware.page_header import EmbeddedFile, page_header_text
 
 BOARD = "esp32s3-devkitc"
 FINISH, HOLD, STOP = "0", "1", "2"  # $74

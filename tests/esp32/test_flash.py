@@ -23,8 +23,8 @@ from wificnc.app import main
 from wificnc.board.load import load_board
 from wificnc.commands import wifi
 from wificnc.errors import Exit, FlashError
-from wificnc.flash.plan import Chip, Region, check_chip, load_regions, read_partitions
-from wificnc.flash.ports import Port, choose_port
+from wificnc.firmware.flash.plan import Chip, Region, check_chip, load_regions, read_partitions
+from wificnc.firmware.flash.ports import Port, choose_port
 
 ROOT = Path(__file__).resolve().parents[2]
 PARTITIONS = read_partitions((ROOT / "targets/esp32/partitions.csv").read_text())
@@ -156,14 +156,14 @@ def test_wifi_set_refuses_damaged_storage_and_changes_nothing(chip: Mock, tmp_pa
 
 def write_storage(chip: Mock, data: bytes) -> None:
     """Whatever it holds: `wificnc nvs flash` refuses what is damaged."""
-    from wificnc.flash.device import open_device
+    from wificnc.firmware.flash.device import open_device
 
     with open_device(chip.port) as device:
         device.write([Region("settings", NVS_AT, data)], 115200, lambda *_: None)
 
 
 def read_storage(chip: Mock) -> bytes:
-    from wificnc.flash.device import open_device
+    from wificnc.firmware.flash.device import open_device
 
     with open_device(chip.port) as device:
         return device.read(NVS_AT, PARTITIONS["nvs"].size)
@@ -184,14 +184,14 @@ def test_an_image_for_more_flash_is_refused_before_anything_is_written(chip: Moc
 
 
 def is_blank(chip: Mock, offset: int) -> bool:
-    from wificnc.flash.device import open_device
+    from wificnc.firmware.flash.device import open_device
 
     with open_device(chip.port) as device:
         return device.read(offset, 4096) == b"\xff" * 4096
 
 
 def test_a_port_lost_in_the_middle_is_told_and_the_next_run_succeeds(tmp_path: Path, build: Path) -> None:
-    from wificnc.flash.device import open_device
+    from wificnc.firmware.flash.device import open_device
 
     regions = load_regions(build, load_board(BOARD), PARTITIONS)
     with mock_chip("esp32s3", tmp_path / "one") as chip, open_device(chip.port) as device:
@@ -228,7 +228,7 @@ def test_a_phone_gets_in_by_codes_of_its_camera(chip: Mock, tmp_path: Path, monk
 
 
 def test_a_damaged_write_is_noticed(chip: Mock) -> None:
-    from wificnc.flash.device import open_device
+    from wificnc.firmware.flash.device import open_device
 
     region = Region("firmware", APP_AT, bytes(range(256)) * 64)
     with open_device(chip.port) as device:

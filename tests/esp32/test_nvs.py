@@ -15,10 +15,9 @@ pytest.importorskip("esp_idf_nvs_partition_gen")
 
 from patience import HANG_S
 from wificnc.errors import BuildError, FlashError, UserError
-from wificnc.machine import find_machines, load_machine
-from wificnc.nvs.build import PARTITION_SIZE, build_image
-from wificnc.nvs.image import FORMATS, PAGE, Entry, NvsImage, read_image
-from wificnc.nvs.values import (
+from wificnc.firmware.nvs.build import PARTITION_SIZE, build_image
+from wificnc.firmware.nvs.image import FORMATS, PAGE, Entry, NvsImage, read_image
+from wificnc.firmware.nvs.values import (
     HIDDEN,
     NAMESPACE,
     differences,
@@ -31,6 +30,7 @@ from wificnc.nvs.values import (
     text_entry,
     without,
 )
+from wificnc.profile import find_machines, load_machine
 
 
 def image_of(*entries: Entry) -> NvsImage:
@@ -196,8 +196,8 @@ def test_the_partition_is_the_one_of_the_table(request: pytest.FixtureRequest) -
 def test_esptool_can_be_used_after_the_generator() -> None:
     """Both log through Espressif's esp-pylib, and the first one decides whose logger that has."""
     program = (
-        "from wificnc.flash.device import quiet_esptool\n"
-        "from wificnc.nvs.build import build_image\n"
+        "from wificnc.firmware.flash.device import quiet_esptool\n"
+        "from wificnc.firmware.nvs.build import build_image\n"
         "build_image([])\n"
         "quiet_esptool().logger.log.note('never shown')\n"
     )

@@ -22,8 +22,8 @@ from wificnc.build.checkout import checkout_root
 from wificnc.build.host import build_program
 from wificnc.build.signing import VARIABLE, key_header_text, raw_signature, signing_key
 from wificnc.errors import Exit, FlashError
-from wificnc.flash.ota import Signed, Upload, greeted
-from wificnc.flash.reach import Patience, wait_until_kept
+from wificnc.firmware.flash.ota import Signed, Upload, greeted
+from wificnc.firmware.flash.reach import Patience, wait_until_kept
 
 HERE = Path(__file__).parent
 ESP32 = checkout_root() / "targets" / "esp32"

@@ -20,7 +20,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from wificnc import __version__
 from wificnc.errors import UserError
-from wificnc.web.embed import EmbeddedFile, embedded_files
+from wificnc.firmware.page_header import EmbeddedFile, embedded_files
 
 HUB_PLACES = 4  # of telnet_serve.c
 PLACES, HEAD = 32, 16384  # targets/pc/hal/net_sizes.h: the server runs on this computer

@@ -18,7 +18,7 @@ from websockets.exceptions import InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 from websockets.typing import Origin
 from wificnc.build.signing import raw_signature, signing_key
-from wificnc.flash.ota import Hello, proof
+from wificnc.firmware.flash.ota import Hello, proof
 
 KEY = "correct horse"
 GOOD = image("esp32s3", 150_000)

@@ -15,7 +15,7 @@ from wificnc.board.load import load_board
 from wificnc.build.checkout import checkout_root
 from wificnc.build.host import build_program
 from wificnc.build.signing import key_header_text, signing_key
-from wificnc.web.embed import EmbeddedFile, page_header_text
+from wificnc.firmware.page_header import EmbeddedFile, page_header_text
 
 SLOT_SIZE = 200_000
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from wificnc.board.fluidnc.convert import import_fluidnc
+from wificnc.board.fluidnc.remarks import Kind
 from wificnc.board.load import check_board
-from wificnc.checked.problem import FileProblems
-from wificnc.fluidnc.convert import import_fluidnc
-from wificnc.fluidnc.remarks import Kind
-from wificnc.machine import check_machine
+from wificnc.files.problem import FileProblems
+from wificnc.profile import check_machine
 
 AXIS_X = """axes:
   x:

@@ -6,11 +6,11 @@ from pathlib import Path
 
 import pytest
 from driver_grbl import TMC2130, TMC2209, TMC5160, DriverGrbl
+from wificnc.board.fluidnc.convert import import_fluidnc
+from wificnc.board.fluidnc.remarks import Kind
 from wificnc.board.load import check_board
-from wificnc.checked.problem import FileProblems
-from wificnc.fluidnc.convert import import_fluidnc
-from wificnc.fluidnc.remarks import Kind
-from wificnc.machine import load_machine
+from wificnc.files.problem import FileProblems
+from wificnc.profile import load_machine
 
 MOTOR = """
   {axis}:

@@ -8,12 +8,12 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner, Result
 from wificnc.app import main, root
+from wificnc.board.fluidnc.convert import Imported, import_fluidnc
+from wificnc.board.fluidnc.remarks import Kind
 from wificnc.board.load import load_board
-from wificnc.checked.problem import FileProblems
 from wificnc.errors import Exit
-from wificnc.fluidnc.convert import Imported, import_fluidnc
-from wificnc.fluidnc.remarks import Kind
-from wificnc.machine import load_machine
+from wificnc.files.problem import FileProblems
+from wificnc.profile import load_machine
 
 HERE = Path(__file__).parent
 ROUTER, GANTRY = HERE / "router.yaml", HERE / "gantry.yaml"

@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from wificnc.board.fluidnc.convert import Imported, import_fluidnc
+from wificnc.board.fluidnc.remarks import Kind
+from wificnc.board.fluidnc.vfd import MODELS
 from wificnc.board.load import check_board
-from wificnc.fluidnc.convert import Imported, import_fluidnc
-from wificnc.fluidnc.remarks import Kind
-from wificnc.fluidnc.vfd import MODELS
-from wificnc.machine import load_machine
-from wificnc.protocol.vfd import load_vfds
+from wificnc.profile import load_machine
+from wificnc.tables.vfd import load_vfds
 
 HEAD = """board: Test
 name: Test

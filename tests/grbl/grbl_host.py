@@ -16,7 +16,7 @@ from monitor import CHECKS, Checks, Monitor
 from numpy.typing import NDArray
 from step_accelerations import accelerations
 from step_log import StepLog
-from wificnc.sim.native import HostBoard, HostCounters, Tasks
+from wificnc.simulator.library import HostBoard, HostCounters, Tasks
 
 AXES = 6
 HZ = 20_000_000

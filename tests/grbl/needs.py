@@ -16,8 +16,8 @@ from chip_grbl import PLAN_BURST, NotOnThisBoard
 from grbl_host import Grbl
 from wificnc.board.load import load_board
 from wificnc.board.model import Board
-from wificnc.serve.options import board_numbers
-from wificnc.sim.native import HostBoard
+from wificnc.simulator.library import HostBoard
+from wificnc.simulator.serve.options import board_numbers
 
 GRBL_LEAST_US = 3  # of $0
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from grbl_host import Grbl
-from wificnc.sim.native import HostBoard
+from wificnc.simulator.library import HostBoard
 
 NO_OUTPUT, NO_FREQUENCY, BAD_NUMBER = "error:135", "error:164", "error:2"
 CLOCK_HZ = 20_000_000

@@ -16,7 +16,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 import tomllib
-from wificnc.link.words import ALARMS
+from wificnc.connection.words import ALARMS
 
 TESTS = Path(__file__).parents[1]
 

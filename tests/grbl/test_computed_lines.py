@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from grbl_host import BANNER, Grbl
-from wificnc.link.words import ERRORS
+from wificnc.connection.words import ERRORS
 
 STEPS_MM = 250
 NUMBER = {words: number for number, words in ERRORS.items()}

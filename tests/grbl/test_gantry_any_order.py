@@ -7,7 +7,7 @@ import random
 
 import pytest
 from grbl_host import Grbl
-from wificnc.sim.native import HostBoard, Tasks
+from wificnc.simulator.library import HostBoard, Tasks
 
 HIGH, LOW, STEPS_PER_MM = 1007, -10003, 250
 Y, GANGED, SECOND_LIMIT = 1, 2, 1 << 6 + 1

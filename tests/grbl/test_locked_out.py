@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 from grbl_host import Grbl
-from wificnc.protocol.table import Setting, load_settings
+from wificnc.tables.settings import Setting, load_settings
 
 ROOT = Path(__file__).resolve().parents[2]
 # Networks, the page, its login, updates and pins.

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from grbl_host import Grbl
 from wificnc.board.load import load_board
-from wificnc.machine import load_machine
+from wificnc.profile import load_machine
 
 ALL, THREE = 6, 3
 ASKS = ("?", "$#\n", "$G\n")

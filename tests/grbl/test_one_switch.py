@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 from grbl_host import BANNER, LOCKED, Grbl
-from wificnc.sim.native import HostBoard
+from wificnc.simulator.library import HostBoard
 
 HIGH, LOW, PULL_OFF, ACCEL = 1007, -10003, 500, 500 * 250
 SECOND_LIMIT = 1 << 6 + 1  # of Y, in host_board.switchless

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from grbl_host import BANNER, HZ, LOCKED, Grbl
 from layouts import HOST
-from wificnc.sim.native import HostBoard, Tasks
+from wificnc.simulator.library import HostBoard, Tasks
 
 CAUSE = HOST.enum("hal_restart_cause")
 NONE, WATCHDOG, FAULT, BROWN_OUT, OSCILLATOR, EXTERNAL, UNKNOWN = (

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 from grbl_host import Grbl
-from wificnc.sim.native import HostBoard
+from wificnc.simulator.library import HostBoard
 
 REFUSED = {  # by core/gcode/status.h
     "no driver": "error:143\r\n",

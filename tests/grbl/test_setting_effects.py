@@ -12,7 +12,7 @@ from c_library import LIB
 from grbl_host import Grbl
 from test_switches import make_homing
 from test_trust import homed
-from wificnc.protocol.table import Setting, load_settings
+from wificnc.tables.settings import Setting, load_settings
 
 ROWS = load_settings().setting
 ALL = pytest.mark.parametrize("row", ROWS, ids=lambda row: row.name)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from grbl_host import Grbl
-from wificnc.sim.native import Tasks
+from wificnc.simulator.library import Tasks
 
 
 def test_spans_that_do_not_suffice_are_waited_for() -> None:

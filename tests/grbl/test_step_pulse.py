@@ -8,8 +8,8 @@ from wificnc.board.load import find_boards, load_board
 from wificnc.board.model import Board
 from wificnc.board.rules import pulse_rate_hz, step_spread_ns
 from wificnc.board.shift_registers import on_grid_ns, step_grid_ns
-from wificnc.serve.options import board_numbers
-from wificnc.sim.native import HostBoard
+from wificnc.simulator.library import HostBoard
+from wificnc.simulator.serve.options import board_numbers
 
 # Shortest step pulse and pause, data sheets: A4988 1.0, DRV8825 1.9, TB6600 (TB67S109A) 0.5, DM542 2.5 us
 NEEDED_NS = 2_500

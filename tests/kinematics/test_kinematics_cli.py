@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from wificnc.app import main
-from wificnc.machine import load_machine
+from wificnc.profile import load_machine
 
 AXES = "".join(
     f"[axis.{axis}]\nsteps_per_mm = 100\nmax_rate_mm_min = 6000\nacceleration_mm_s2 = 500\ntravel_mm = 150\n"

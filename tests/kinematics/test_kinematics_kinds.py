@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from kinematics_core import COREXY, POLAR, SCARA, Machine
-from wificnc.protocol import load_settings
+from wificnc.tables import load_settings
 
 KINDS = load_settings()["kinematics"].choice
 

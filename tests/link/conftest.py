@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import pytest
 from core_bridge import Bridge
 from sender import talk
-from wificnc.link.client import Client
+from wificnc.connection.client import Client
 
 
 @pytest.fixture

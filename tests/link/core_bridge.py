@@ -17,7 +17,7 @@ from types import TracebackType
 from c_library import LIB
 from monitor import Monitor
 from patience import HANG_S
-from wificnc.sim.native import HostBoard
+from wificnc.simulator.library import HostBoard
 
 AXES = 6
 EVENTS_PER_ROUND = 20_000

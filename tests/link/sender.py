@@ -6,10 +6,10 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 
 from core_bridge import Bridge
+from wificnc.connection.client import Client, connected
+from wificnc.connection.grbl import Options
 from wificnc.job.program import read_program
 from wificnc.job.run import JobRun, LineError, Outcome, Progress, RunOptions
-from wificnc.link.client import Client, connected
-from wificnc.link.protocol import Options
 
 
 class Nobody:

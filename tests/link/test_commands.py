@@ -14,10 +14,10 @@ from click.testing import CliRunner, Result
 from core_bridge import FAST, Bridge
 from patience import HANG_S
 from wificnc.app import root
+from wificnc.connection.client import Client
+from wificnc.connection.settings import name_of
 from wificnc.errors import Exit, LinkError, ProtocolError, RefusedError, UserError
-from wificnc.link.client import Client
-from wificnc.link.settings import name_of
-from wificnc.machine import find_machines, load_machine
+from wificnc.profile import find_machines, load_machine
 
 
 def run(*arguments: str, stdin: str | None = None) -> Result:
@@ -333,7 +333,7 @@ def stranger(says: bytes) -> Iterator[str]:
 
 
 def test_something_else_answers(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("wificnc.link.client.CONNECT_S", 0.2)
+    monkeypatch.setattr("wificnc.connection.client.CONNECT_S", 0.2)
     with (
         stranger(b"HTTP/1.1 400 Bad Request\r\n") as target,
         pytest.raises(ProtocolError, match="not answer like a Grbl") as error,

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from wificnc.connection.typed import kept_comment, typed_line
 from wificnc.errors import JobError, UserError
 from wificnc.job.program import LONGEST_LINE, code_of, read_program, ready
-from wificnc.link.typed import kept_comment, typed_line
 
 VECTORS = Path(__file__).resolve().parents[2] / "protocol" / "vectors" / "comments.json"
 CASES = json.loads(VECTORS.read_text(encoding="utf-8"))["cases"]

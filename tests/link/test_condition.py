@@ -11,13 +11,13 @@ from click.testing import CliRunner
 from generate.states_table import load_states
 from wificnc.app import main, root
 from wificnc.board.load import load_board
+from wificnc.connection.client import connected
+from wificnc.connection.condition import STATES, condition
+from wificnc.connection.grbl import Status, parse
+from wificnc.connection.words import ALARMS
 from wificnc.errors import EXIT_WORDS, Exit
-from wificnc.link.client import connected
-from wificnc.link.condition import STATES, condition
-from wificnc.link.protocol import Status, parse
-from wificnc.link.words import ALARMS
-from wificnc.serve.options import Address, ServeOptions
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.options import Address, ServeOptions
+from wificnc.simulator.serve.server import Server
 
 RESET_ALARMS = (1, 2, 50, 51, 52, 53, 54, 57)  # docs/errors.md
 

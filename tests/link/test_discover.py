@@ -16,7 +16,7 @@ from c_library import LIB
 from click.testing import CliRunner
 from layouts import HOST
 from wificnc.commands.discover import command
-from wificnc.link.discover import SERVICE, TYPE_PTR, Found, controllers, discover, question
+from wificnc.connection.discover import SERVICE, TYPE_PTR, Found, controllers, discover, question
 
 PACKET = 960
 PAGE, LIST = "_http._tcp.local", "_services._dns-sd._udp.local"

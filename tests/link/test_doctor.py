@@ -15,9 +15,9 @@ from typing import Any
 import pytest
 from patience import HANG_S
 from wificnc import doctor
+from wificnc.connection.backtrace import Decoder, addresses, find_tool
 from wificnc.errors import BuildError, UserError
-from wificnc.flash.ports import Port
-from wificnc.link.backtrace import Decoder, addresses, find_tool
+from wificnc.firmware.flash.ports import Port
 from wificnc.system import System, read_os_release
 
 PYTHON = "/opt/python"

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from patience import HANG_S
 from wificnc.build.host import ensure_host_library
-from wificnc.job.estimate import Estimate
 from wificnc.job.program import read_program
-from wificnc.sim.native import load_library
+from wificnc.simulator.estimate import Estimate
+from wificnc.simulator.library import load_library
 
 SETTINGS = {110: "6000", 111: "6000", 112: "6000", 120: "1000", 121: "1000", 122: "1000"}
 

@@ -15,8 +15,8 @@ from wificnc.commands.send import job_program
 from wificnc.errors import JobError
 from wificnc.job.expand import LINES_MAX, Start, expand, load_expand, needs_expansion
 from wificnc.job.program import LONGEST_CODE, ready
-from wificnc.sim.job import JobRequest, SimResult, Timing, run_job
-from wificnc.sim.native import load_library
+from wificnc.simulator.job import JobRequest, SimResult, Timing, run_job
+from wificnc.simulator.library import load_library
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "examples" / "bolt_circle.ngc"
 LOOP = "G90 G21 F600\no1 repeat [2]\n#1=[#1+1]\nG0 X#1\no1 endrepeat\nG0 X0\nM2\n"

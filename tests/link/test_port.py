@@ -6,8 +6,8 @@ import re
 from pathlib import Path
 
 from wificnc.build.host import FOLDERS
-from wificnc.link.port import BOARD_PORT, SERVE_PORT
-from wificnc.serve.options import DEFAULT_TCP, Address, parse_address
+from wificnc.connection.port import BOARD_PORT, SERVE_PORT
+from wificnc.simulator.serve.options import DEFAULT_TCP, Address, parse_address
 
 ROOT = Path(__file__).parents[2]
 

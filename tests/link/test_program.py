@@ -6,9 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from wificnc.commands.send import job_program
+from wificnc.connection.typed import typed_line
 from wificnc.errors import JobError, UserError
 from wificnc.job.program import longest_line, read_program, ready, words_of
-from wificnc.link.typed import typed_line
 
 
 def sent(text: str | bytes) -> list[tuple[int, str]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from wificnc.link.protocol import (
+from wificnc.connection.grbl import (
     LINE_MAX,
     Alarm,
     Banner,

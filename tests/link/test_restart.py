@@ -7,9 +7,9 @@ from typing import cast
 
 import pytest
 from sender import Nobody, Notes
+from wificnc.connection.client import Client
+from wificnc.connection.grbl import Status, parse
 from wificnc.job.run import RESTARTED, End, JobRun
-from wificnc.link.client import Client
-from wificnc.link.protocol import Status, parse
 
 
 def report(start_id: str) -> Status:

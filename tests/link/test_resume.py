@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from sender import Nobody, Notes, advertised, talk
 from wificnc.build.host import ensure_host_library
 from wificnc.errors import JobError
-from wificnc.job.native import ModalState, Rebuild, load_rebuild
 from wificnc.job.program import JobLine, Program, read_program
+from wificnc.job.rebuild import ModalState, Rebuild, load_rebuild
 from wificnc.job.resume import Approach, MachineFacts, plan_resume
 from wificnc.job.run import JobRun
 

@@ -13,8 +13,8 @@ from test_resume import FACTS, LIBRARY, TOLD
 from wificnc.commands.send import job_program
 from wificnc.errors import JobError
 from wificnc.job.fate import fate_lines, restart_words, wanted_line
-from wificnc.job.native import Rebuild
 from wificnc.job.program import Program, read_program
+from wificnc.job.rebuild import Rebuild
 from wificnc.job.resume import MachineFacts, nearest_resume, plan_resume
 from wificnc.job.run import JobRun
 

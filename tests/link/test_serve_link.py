@@ -16,11 +16,11 @@ from sender import Nobody, Notes, run_job
 from signals import usual_signals
 from wificnc.app import root
 from wificnc.board.load import load_board
+from wificnc.connection.client import Target, connected
 from wificnc.errors import RefusedError
 from wificnc.job.run import End, RunOptions
-from wificnc.link.client import Target, connected
-from wificnc.serve.options import Address, ServeOptions
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.options import Address, ServeOptions
+from wificnc.simulator.serve.server import Server
 
 SETTINGS = tuple(f"${base + axis}={value}" for base, value in ((110, 20000), (120, 2000)) for axis in range(3))
 JOB = "G21 G90\nF6000\n" + "".join(f"G1 X{i % 40} Y{i % 30}\n" for i in range(3000)) + "G0 X1 Y2 Z-3\n"

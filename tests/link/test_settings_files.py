@@ -7,9 +7,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from wificnc.checked.problem import FileProblems
-from wificnc.errors import UserError
-from wificnc.link.settings import (
+from wificnc.connection.settings import (
     Values,
     all_known,
     differences,
@@ -21,7 +19,9 @@ from wificnc.link.settings import (
     same,
     sending_order,
 )
-from wificnc.protocol import Setting
+from wificnc.errors import UserError
+from wificnc.files.problem import FileProblems
+from wificnc.tables import Setting
 
 
 def value_of(row: Setting) -> st.SearchStrategy[str]:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 from core_bridge import FAST, Bridge
 from sender import Nobody, Notes, advertised, run_job, talk
+from wificnc.connection.client import Client, connected
 from wificnc.job.fate import fate_lines
 from wificnc.job.run import End, Progress, RunOptions
-from wificnc.link.client import Client, connected
 
 STEPS_PER_MM = 250
 

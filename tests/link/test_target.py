@@ -15,11 +15,11 @@ from core_bridge import Bridge
 from patience import HANG_S
 from wificnc.app import root
 from wificnc.build.checkout import checkout_root
+from wificnc.connection.port import BOARD_PORT, SERVE_PORT
+from wificnc.connection.target import NetworkTarget, SerialTarget, host_and_port, is_target, parse_target
+from wificnc.connection.transport import open_transport
 from wificnc.errors import Exit, LinkError, UserError
-from wificnc.flash.ota import PORT as OTA_PORT
-from wificnc.link.port import BOARD_PORT, SERVE_PORT
-from wificnc.link.target import NetworkTarget, SerialTarget, host_and_port, is_target, parse_target
-from wificnc.link.transport import open_transport
+from wificnc.firmware.flash.ota import PORT as OTA_PORT
 
 NETWORK = [
     ("127.0.0.1:2323", "127.0.0.1", 2323),

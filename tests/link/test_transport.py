@@ -9,8 +9,8 @@ import tty
 
 import pytest
 from patience import HANG_S
+from wificnc.connection.transport import Transport, open_transport, socket_pair
 from wificnc.errors import LinkError
-from wificnc.link.transport import Transport, open_transport, socket_pair
 
 
 def receive(transport: Transport, count: int) -> bytes:
@@ -61,7 +61,7 @@ def test_tcp_and_its_end() -> None:
 
 
 def test_peer_that_takes_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("wificnc.link.transport.SEND_TIMEOUT_S", 0.05)
+    monkeypatch.setattr("wificnc.connection.transport.SEND_TIMEOUT_S", 0.05)
     transport, peer = socket_pair()
     with pytest.raises(LinkError, match="has accepted no data"):
         transport.send(b"x" * 10_000_000)

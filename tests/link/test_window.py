@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from hypothesis import given
 from hypothesis import strategies as st
-from wificnc.link.stream import Streamer
+from wificnc.connection.character_counting import Streamer
 
 
 @dataclass(frozen=True)

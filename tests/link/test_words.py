@@ -8,9 +8,9 @@ import pytest
 from generate import words
 from generate.__main__ import run
 from generate.words import ALARMS_SOURCE, OUTPUT, SOURCE, read_alarms, read_rows, words_text
-from wificnc.link.alarms import alarm_words
-from wificnc.link.client import error_words
-from wificnc.link.words import ALARMS, ERRORS, NEEDS_RESET
+from wificnc.connection.alarms import alarm_words
+from wificnc.connection.client import error_words
+from wificnc.connection.words import ALARMS, ERRORS, NEEDS_RESET
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -36,7 +36,7 @@ def test_alarms() -> None:
 
 @pytest.mark.parametrize("number", ALARMS)
 def test_an_alarm_says_the_way_out_without_a_command_line(number: int) -> None:
-    """The page shows these texts, on a phone, too; what to type is `wificnc status`'s part (link/condition.py)."""
+    """The page shows these texts, on a phone, too; what to type is in connection/condition.py."""
     assert "wificnc" not in ALARMS[number]
 
 

@@ -8,11 +8,11 @@ from pathlib import Path
 
 from patience import HANG_S
 from wificnc.board.load import load_board
+from wificnc.connection.wmc3.device import Device
+from wificnc.connection.wmc3.layout import State, Status
 from wificnc.linuxcnc.source import PROGRAM
-from wificnc.serve.options import ServeOptions
-from wificnc.serve.server import Server
-from wificnc.wmc3.device import Device
-from wificnc.wmc3.layout import State, Status
+from wificnc.simulator.serve.options import ServeOptions
+from wificnc.simulator.serve.server import Server
 
 RATES = ((100, 200), (110, 6000), (120, 500))
 # $74: what HAL has commanded is finished when its script, and so the component, ends

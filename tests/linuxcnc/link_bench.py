@@ -11,8 +11,8 @@ from enum import IntEnum
 from typing import Any
 
 from component_library import AWAIT, MAKE_PIN, RANDOM, SAY, SEND, Options, Sample, World, library, numbered
-from wificnc.wmc3.layout import Status, Type
-from wificnc.wmc3.packet import Packet, build, crc16, parse
+from wificnc.connection.wmc3.layout import Status, Type
+from wificnc.connection.wmc3.packet import Packet, build, crc16, parse
 from wire_device import HOST
 from wire_device import Device as VirtualDevice
 

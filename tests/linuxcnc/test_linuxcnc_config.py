@@ -15,14 +15,14 @@ from click.testing import CliRunner
 from patience import HANG_S
 from wificnc.app import root
 from wificnc.board.load import load_board
+from wificnc.connection.wmc3.device import Device
 from wificnc.errors import RefusedError, UserError
 from wificnc.linuxcnc.config import files, following_error, messages
-from wificnc.machine import load_machine
-from wificnc.machine.load import find_machines
-from wificnc.machine.model import Machine
-from wificnc.serve.options import ServeOptions
-from wificnc.serve.server import Server
-from wificnc.wmc3.device import Device
+from wificnc.profile import load_machine
+from wificnc.profile.load import find_machines
+from wificnc.profile.model import Machine
+from wificnc.simulator.serve.options import ServeOptions
+from wificnc.simulator.serve.server import Server
 
 ADDRESS = f"127.60.{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}"  # the ports are fixed
 MACHINE = """schema = 1

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from link_bench import SCALE, Bench, Feed, homing_bench, mover
-from wificnc.wmc3.layout import Home, Refusal, Refused, StreamOpen, StreamOpened
+from wificnc.connection.wmc3.layout import Home, Refusal, Refused, StreamOpen, StreamOpened
 from wire_device import ACCEL, OTHER
 
 SPEED = 90.0

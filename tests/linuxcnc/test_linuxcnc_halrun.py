@@ -16,9 +16,9 @@ from halrun_file import SETTINGS, Rig, hal_file, serve, stands
 from lossy import Lossy
 from patience import HANG_S
 from wificnc.build.checkout import checkout_root
+from wificnc.connection.wmc3.device import Device
+from wificnc.connection.wmc3.layout import Segment
 from wificnc.linuxcnc.config import INPUT_COUNT, OUTPUT_COUNT
-from wificnc.wmc3.device import Device
-from wificnc.wmc3.layout import Segment
 
 OWN = f"{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}"  # the ports are fixed
 ADDRESS, OTHER, LOCAL = f"127.61.{OWN}", f"127.62.{OWN}", f"127.63.{OWN}"
@@ -115,7 +115,7 @@ def test_a_component_that_is_late_cuts_no_corner(
     user_home: Path, as_user: Callable[..., str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It is stopped for some tenths of a second, around a corner: the sampler has kept every period of that."""
-    monkeypatch.setattr("wificnc.wmc3.device._local_address", lambda device: LOCAL)
+    monkeypatch.setattr("wificnc.connection.wmc3.device._local_address", lambda device: LOCAL)
     held_up = user_home / "held_up.sh"
     held_up.write_text(HELD_UP)
     held_up.chmod(0o755)
@@ -153,7 +153,7 @@ def test_two_controllers_two_components(user_home: Path, as_user: Callable[..., 
 def test_several_controllers_of_one_computer(monkeypatch: pytest.MonkeyPatch) -> None:
     """Status reports of all of them come to one port; every host program hears its own."""
     addresses = [ADDRESS, OTHER]
-    monkeypatch.setattr("wificnc.wmc3.device._local_address", lambda device: LOCAL)
+    monkeypatch.setattr("wificnc.connection.wmc3.device._local_address", lambda device: LOCAL)
     with ExitStack() as stack:
         for address in addresses:
             stack.enter_context(serve(address))

@@ -8,8 +8,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from link_bench import G38, SCALE, SWITCHES, Bench, HomeByIndex, homing_bench, mover
-from wificnc.wmc3.layout import Ack, Estop, HandshakeResponse, Home, Reset, State, Type
-from wificnc.wmc3.packet import HEADER_SIZE, build, crc16
+from wificnc.connection.wmc3.layout import Ack, Estop, HandshakeResponse, Home, Reset, State, Type
+from wificnc.connection.wmc3.packet import HEADER_SIZE, build, crc16
 from wire_device import OTHER, TIMER_HZ
 from wire_device import Device as VirtualDevice
 

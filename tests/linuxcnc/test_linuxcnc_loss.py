@@ -15,9 +15,9 @@ from lossy import Lossy
 from test_linuxcnc_config import MACHINE, SWITCH, fake_tool_change, hands, invoke
 from test_linuxcnc_session import STOPPED
 from wificnc.board.load import load_board
-from wificnc.machine import load_machine
-from wificnc.serve.options import ServeOptions
-from wificnc.serve.server import Server
+from wificnc.profile import load_machine
+from wificnc.simulator.serve.options import ServeOptions
+from wificnc.simulator.serve.server import Server
 
 HERE = f"127.69.{os.getpid() >> 8 & 0xFF}"  # the ports are fixed
 DEVICE, NETWORK, LOCAL = f"{HERE}.1", f"{HERE}.2", f"{HERE}.3"

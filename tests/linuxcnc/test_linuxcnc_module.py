@@ -13,12 +13,12 @@ from link_bench import Pins, Wire
 from test_module import CONFIG, COUNT, DIRECTION, HIGH, LOW, PIN, SAFE, Module
 from wificnc.board.load import load_board
 from wificnc.build.checkout import checkout_root
+from wificnc.connection.wmc3.channels import Change, configure
+from wificnc.connection.wmc3.device import Device, find_key, pack_value
+from wificnc.connection.wmc3.layout import LISTENER_S, ChannelOutputs, ConfigSet
 from wificnc.linuxcnc.source import PROGRAM
-from wificnc.serve.options import ServeOptions
-from wificnc.serve.server import Server
-from wificnc.wmc3.channels import Change, configure
-from wificnc.wmc3.device import Device, find_key, pack_value
-from wificnc.wmc3.layout import LISTENER_S, ChannelOutputs, ConfigSet
+from wificnc.simulator.serve.options import ServeOptions
+from wificnc.simulator.serve.server import Server
 from wire_device import OTHER
 from wire_device import Device as VirtualDevice
 

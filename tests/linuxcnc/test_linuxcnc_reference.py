@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from link_bench import SWITCHES, Bench, HomeByIndex, mover
-from wificnc.wmc3.layout import State
+from wificnc.connection.wmc3.layout import State
 from wire_device import Device
 
 SPEED = 20.0

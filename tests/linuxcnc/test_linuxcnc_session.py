@@ -14,9 +14,9 @@ from typing import Any
 import pytest
 from test_linuxcnc_config import MACHINE, SWITCH, fake_tool_change, hands, invoke
 from wificnc.board.load import load_board
-from wificnc.machine import load_machine
-from wificnc.serve.options import ServeOptions
-from wificnc.serve.server import Server
+from wificnc.profile import load_machine
+from wificnc.simulator.serve.options import ServeOptions
+from wificnc.simulator.serve.server import Server
 
 ADDRESS = f"127.68.{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}"  # the ports are fixed
 # LinuxCNC's side: it asks us to do something at the controller by a file, and continues when that is gone

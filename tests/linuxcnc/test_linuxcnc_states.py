@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 from link_bench import G38, SCALE, Bench, HomeByIndex, homing_bench, mover
-from wificnc.wmc3.layout import Home, State
+from wificnc.connection.wmc3.layout import Home, State
 
 SPEED = 20.0
 

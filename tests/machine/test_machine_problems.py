@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from wificnc.errors import Exit, MachineError
-from wificnc.machine import load_machine
+from wificnc.profile import load_machine
 
 # Lines 1 to 6; what a test adds begins on line 7.
 HEAD = 'schema = 1\nname = "Small"\n[axis.x]\nsteps_per_mm = 80\nmax_rate_mm_min = 6000\nacceleration_mm_s2 = 500\n'

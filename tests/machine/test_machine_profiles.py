@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from wificnc.board.load import load_board
 from wificnc.errors import MachineError, UserError
-from wificnc.machine import Machine, find_machines, load_machine
-from wificnc.machine.fit import check_fit
-from wificnc.machine.model import _text
+from wificnc.profile import Machine, find_machines, load_machine
+from wificnc.profile.fit import check_fit
+from wificnc.profile.model import _text
 
 FULL = """
 schema = 1

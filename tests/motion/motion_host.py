@@ -14,7 +14,7 @@ from c_library import LIB
 from monitor import CHECKS, Checks, Monitor
 from numpy.typing import NDArray
 from step_log import StepLog
-from wificnc.sim.native import HostBoard, HostCounters, Tasks
+from wificnc.simulator.library import HostBoard, HostCounters, Tasks
 
 AXES = 6
 # The measuring settings: 250 steps/mm, 5000 mm/min, 500 mm/s2.

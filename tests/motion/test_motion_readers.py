@@ -11,7 +11,7 @@ import pytest
 from motion_host import BASELINE, Host, Run
 from numpy.typing import NDArray
 from structured import FIXED
-from wificnc.sim.native import Tasks
+from wificnc.simulator.library import Tasks
 
 END = "M2\n"
 REST_S = 0.005  # from the last step before a stop to the first one after it

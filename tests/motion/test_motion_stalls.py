@@ -14,7 +14,7 @@ import pytest
 from motion_host import BASELINE, Host, Run
 from numpy.typing import NDArray
 from slow import slow_but
-from wificnc.sim.native import Tasks
+from wificnc.simulator.library import Tasks
 
 ACCEL_MM_S2 = 500.0
 STEPS_PER_MM = 250.0

@@ -7,7 +7,7 @@ import pytest
 from monitor import CHECKS, Checks
 from motion_host import BASELINE, Host
 from stalls import SIDES, Side
-from wificnc.sim.native import Tasks
+from wificnc.simulator.library import Tasks
 
 BOARDS = (Tasks.ESP32, Tasks.PIC32MZ)
 

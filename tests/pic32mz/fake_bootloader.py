@@ -11,7 +11,7 @@ PAGE, ROW = 0x4000, 0x800
 
 
 class FakeBootloader:
-    """wificnc.flash.uhb.Wire. Flash is erased by pages and written by rows, once."""
+    """wificnc.firmware.flash.uhb.Wire. Flash is erased by pages and written by rows, once."""
 
     def __init__(self, family: int = 21, flash_bytes: int = 0x200000, start: int = START, page: int = PAGE) -> None:
         self.flash = bytearray(b"\xff" * 0x200000)

@@ -14,7 +14,7 @@ BASELINE = tuple(f"${base + ax}={value}" for base, value in ((100, 250), (110, 5
 
 
 class ChipProcess:
-    """Serves from `with` to its end. `tcp` and `options.pty` as of wificnc.serve.server.Server."""
+    """Serves from `with` to its end. `tcp` and `options.pty` as of wificnc.simulator.serve.server.Server."""
 
     def __init__(self, pty: Path, speed: float) -> None:
         self.options = SimpleNamespace(pty=pty)

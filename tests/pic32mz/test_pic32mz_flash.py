@@ -8,7 +8,7 @@ import pytest
 from wificnc.app import main
 from wificnc.board.model import Board
 from wificnc.errors import Exit, FlashError
-from wificnc.flash.pic32mz import RUNNERS, plan_flash
+from wificnc.firmware.flash.pic32mz import RUNNERS, plan_flash
 
 
 @pytest.fixture

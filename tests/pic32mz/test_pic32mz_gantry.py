@@ -16,7 +16,7 @@ from wificnc.board.load import load_board
 from wificnc.board.model import Board
 from wificnc.build.image import Block, read_hex
 from wificnc.build.pic32mz import Pic32Build
-from wificnc.sim.run import SimOptions
+from wificnc.simulator.run import SimOptions
 from wificnc_chips import as_axes, run_on_chip
 from wificnc_chips.pic32mz import CPU_HZ, NO_PIN, STORE_OFFSET, motor_wire
 

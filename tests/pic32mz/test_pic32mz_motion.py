@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from chip_controller import Controller
 from numpy.typing import NDArray
-from wificnc.sim.run import SimOptions, simulate
+from wificnc.simulator.run import SimOptions, simulate
 from wificnc_chips.pic32mz import CPU_HZ
 
 ROOT = Path(__file__).resolve().parents[2]

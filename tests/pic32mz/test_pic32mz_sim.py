@@ -9,7 +9,7 @@ from wificnc.app import main
 from wificnc.board.model import Board
 from wificnc.build.pic32mz import Pic32Build
 from wificnc.errors import Exit
-from wificnc.sim.run import SimOptions
+from wificnc.simulator.run import SimOptions
 from wificnc_chips import Pace, difference, paths, run_on_chip
 
 JOB = "G21G90\nG1X5F1500\nM0\nG2X8Y3I0J3\nG1X0Y0\n"

@@ -15,8 +15,8 @@ from wificnc.board.model import Board
 from wificnc.build.image import Block, write_hex
 from wificnc.build.pic32mz import Pic32Build
 from wificnc.errors import Exit, FlashError
-from wificnc.flash.pic32mz import is_own
-from wificnc.flash.uhb import HidWire, flash, plan_pages
+from wificnc.firmware.flash.pic32mz import is_own
+from wificnc.firmware.flash.uhb import HidWire, flash, plan_pages
 
 PLACE = 0x1D1F3FF0
 STORE = slice(0x180000, 0x18C000)

@@ -11,7 +11,7 @@ import struct
 from pathlib import Path
 
 from wificnc.build.signing import signing_key
-from wificnc.flash.device import quiet_esptool
+from wificnc.firmware.flash.device import quiet_esptool
 
 XTENSA = 94
 ADDRESSES = {  # data in flash, code in RAM (the chips' technical reference manuals, memory maps)

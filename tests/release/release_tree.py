@@ -14,7 +14,7 @@ from patience import BUILD_S
 from wificnc.board.load import load_board
 from wificnc.build.checkout import checkout_root
 from wificnc.build.pic32mz import build_pic32mz
-from wificnc.release.package import tracked_files
+from wificnc.firmware.release.package import tracked_files
 
 ROOT = checkout_root()
 ESP32_BOARDS = {"esp32s3-zero": "esp32s3", "esp32-wroom32": "esp32"}

@@ -18,8 +18,8 @@ from quick_compiler import quick_compiler
 from release_tree import ESP32_BOARDS, PAGE, PIC32MZ_BOARD, ROOT, Tree
 from wificnc import __version__
 from wificnc.errors import Exit
-from wificnc.flash.device import open_device
-from wificnc.flash.plan import Region
+from wificnc.firmware.flash.device import open_device
+from wificnc.firmware.flash.plan import Region
 from wificnc.linuxcnc.source import FILE_NAME, component_source
 
 pytestmark = pytest.mark.slow  # what the package carries is looked at in test_release, too
@@ -134,7 +134,7 @@ def test_the_packages_firmware_arrives_in_a_chip(installed: Path, dist: Path, tm
 
 
 def test_the_page_that_serve_offers_comes_with_it(installed: Path, tmp_path: Path) -> None:
-    code = "from wificnc.serve.page import page_folder; print(page_folder())"
+    code = "from wificnc.simulator.serve.page import page_folder; print(page_folder())"
     command = [str(installed.with_name("python")), "-c", code]
     said = subprocess.run(command, cwd=tmp_path, env=clean_environment(), capture_output=True, text=True, check=True)
     page = Path(said.stdout.strip())

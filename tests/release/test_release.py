@@ -19,8 +19,8 @@ import pytest
 from release_tree import ESP32_BOARDS, PAGE, PIC32MZ_BOARD, Tree, build_boards, make_tree
 from wificnc import __version__
 from wificnc.board.load import load_board
-from wificnc.wmc3.layout import Jog
-from wificnc.wmc3.packet import build
+from wificnc.connection.wmc3.layout import Jog
+from wificnc.connection.wmc3.packet import build
 
 pytestmark = pytest.mark.slow  # test_release_refused makes releases, too
 SETTINGS_AT, SETTINGS_SIZE = 0x9000, 0x6000  # nvs of targets/esp32/partitions.csv

@@ -14,14 +14,14 @@ from release_tree import Tree
 from wificnc import __version__
 from wificnc.board.load import load_board
 from wificnc.build.signing import VARIABLE
-from wificnc.checked import paths
 from wificnc.errors import Exit, FlashError, ReleaseError
-from wificnc.flash.plan import read_partitions
-from wificnc.release.esp32 import load_firmware
-from wificnc.release.facts import read_source
-from wificnc.release.notes import changes
-from wificnc.release.plan import Source, plan_release
-from wificnc.release.run import check_output, make_release
+from wificnc.files import paths
+from wificnc.firmware.flash.plan import read_partitions
+from wificnc.firmware.release.esp32 import load_firmware
+from wificnc.firmware.release.facts import read_source
+from wificnc.firmware.release.notes import changes
+from wificnc.firmware.release.plan import Source, plan_release
+from wificnc.firmware.release.run import check_output, make_release
 
 BOARD, CHIP = "esp32s3-zero", "esp32s3"
 PARTITIONS = read_partitions((paths.ROOT / "targets/esp32/partitions.csv").read_text())
@@ -273,7 +273,7 @@ def test_firmware_of_another_signing_key_is_refused(tmp_path: Path, monkeypatch:
 
 
 def test_improv_is_offered_when_the_firmware_speaks_it(tmp_path: Path) -> None:
-    from wificnc.release.page import manifest
+    from wificnc.firmware.release.flasher_page import manifest
 
     board = load_board(BOARD)
     folder = make_build(tmp_path, BOARD, CHIP, "")
@@ -285,7 +285,7 @@ def test_improv_is_offered_when_the_firmware_speaks_it(tmp_path: Path) -> None:
 
 def test_the_record_names_a_damaged_one_too(tmp_path: Path) -> None:
     """A build.json that cannot be read is reported by the release itself, not taken for a missing build."""
-    from wificnc.release.facts import look
+    from wificnc.firmware.release.facts import look
 
     folder = tmp_path / "build" / BOARD
     folder.mkdir(parents=True)

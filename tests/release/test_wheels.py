@@ -26,10 +26,10 @@ from slow import deep_but
 from wificnc import __version__
 from wificnc.build.host import ensure_host_library
 from wificnc.build.platforms import PLATFORMS
-from wificnc.release.plan import Source, plan_release
-from wificnc.release.wheel import native_files, platform_wheel, wheel_tag
-from wificnc.serve.server import serve_program
-from wificnc.sim.run import SimOptions, simulate
+from wificnc.firmware.release.plan import Source, plan_release
+from wificnc.firmware.release.wheel import native_files, platform_wheel, wheel_tag
+from wificnc.simulator.run import SimOptions, simulate
+from wificnc.simulator.serve.server import serve_program
 
 HERE = "linux-x86_64"
 IS_HERE = sys.platform == "linux" and os.uname().machine == "x86_64"

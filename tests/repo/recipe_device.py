@@ -11,7 +11,7 @@ from dataclasses import asdict
 from typing import Any
 
 from wificnc.build.host import VARIANTS
-from wificnc.wmc3 import layout
+from wificnc.connection.wmc3 import layout
 from wire_device import Device
 
 STEP_S = 0.001

@@ -68,7 +68,7 @@ def test_an_inline_function_of_the_header_is_a_user(tree: Path) -> None:
     assert found(tree) == []
 
 
-@pytest.mark.parametrize("user", ["cli/wificnc/sim/native.py", "web/wasm/preflight.c"])
+@pytest.mark.parametrize("user", ["cli/wificnc/simulator/library.py", "web/wasm/preflight.c"])
 def test_the_library_is_called_by_python_and_the_page(tree: Path, user: str) -> None:
     (tree / HEADER).rename(tree / "core/step/other.txt")
     write(tree, "targets/sim/sim.h", "/* A job. */\n\nint sim_run(void);\n")

@@ -170,7 +170,7 @@ def test_the_setting(tree: Path, results: dict[str, Any]) -> None:
 def test_the_error(tree: Path, results: dict[str, Any]) -> None:
     assert results["G4 P3600.5"]["said"] == "error:155\r\n"
     assert results["G4 P3"]["said"] == "ok\r\n"
-    words = python(tree, "-c", "from wificnc.link.words import ERRORS; print(ERRORS[155])")
+    words = python(tree, "-c", "from wificnc.connection.words import ERRORS; print(ERRORS[155])")
     assert words == "a dwell is at most an hour\n"
     assert "| 155 | a dwell is at most an hour |" in (tree / "docs/errors.md").read_text(encoding="utf-8")
 

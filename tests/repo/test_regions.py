@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from generate.__main__ import main
 from generate.files import with_region
-from wificnc.protocol.table import parse_settings
+from wificnc.tables.settings import parse_settings
 
 TEXT = "before\n# generated: list, by a generator\nold\nlines\n# generated: end\nafter\n"
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from lint.settings import check_file, check_settings
-from wificnc.protocol.table import load_settings
+from wificnc.tables.settings import load_settings
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -18,8 +18,8 @@ from pages.stage import collect
 from wificnc.app import COMMANDS, root
 from wificnc.board.load import find_boards, load_board
 from wificnc.build.checkout import checkout_root
-from wificnc.link.words import ALARMS, ERRORS
-from wificnc.protocol.table import load_settings
+from wificnc.connection.words import ALARMS, ERRORS
+from wificnc.tables.settings import load_settings
 
 ROOT = checkout_root()
 BOARDS = [path.stem for path in find_boards()]

@@ -18,7 +18,7 @@ from job import KEY
 from serve_chip import ChipProcess
 from serve_fixture import serve
 from wificnc.build.checkout import checkout_root
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.server import Server
 
 __all__ = ["board", "build", "image", "serve"]
 

@@ -19,7 +19,7 @@ COMES = "is the image's address"
 
 
 class EspProcess:
-    """Serves from `with` to its end. `tcp` and `options` as of wificnc.serve.server.Server."""
+    """Serves from `with` to its end. `tcp` and `options` as of wificnc.simulator.serve.server.Server."""
 
     def __init__(self, folder: Path, *options: str, speed: float = 1.0) -> None:
         self.options = SimpleNamespace(pty=folder / "tty", key="")

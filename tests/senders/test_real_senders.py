@@ -24,7 +24,7 @@ from relay import Relay
 from serve_chip import ChipProcess
 from serve_peer import Peer, stream
 from wificnc.commands.login import command as login
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.server import Server
 
 HERE = Path(__file__).parent
 LOCKED = "[MSG:Locked: log in at the web page, by wificnc login, or send $LOGIN=access key]"

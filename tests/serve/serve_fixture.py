@@ -11,8 +11,8 @@ import pytest
 from patience import HANG_S
 from serve_peer import Serve
 from wificnc.board.load import load_board
-from wificnc.serve.options import Address, Door, ServeOptions
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.options import Address, Door, ServeOptions
+from wificnc.simulator.serve.server import Server
 
 # 250 steps/mm, 5000 mm/min, 500 mm/s2.
 BASELINE = tuple(f"${base + ax}={value}" for base, value in ((100, 250), (110, 5000), (120, 500)) for ax in range(3))

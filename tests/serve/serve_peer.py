@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
 from patience import HANG_S
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.server import Server
 
 RX_BYTES = 2048  # what the controller's receive buffer holds: in flight at most
 

@@ -21,8 +21,8 @@ from chip import make_build, mock_chip
 from patience import HANG_S
 from wificnc.board.load import load_board
 from wificnc.build.checkout import checkout_root
-from wificnc.serve.options import Address, ServeOptions
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.options import Address, ServeOptions
+from wificnc.simulator.serve.server import Server
 
 pytest.importorskip("esp32_mock_bootloader")
 ROOT = checkout_root()

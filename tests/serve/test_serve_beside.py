@@ -13,7 +13,7 @@ import pytest
 from bench.streams import ANSWER, GRID_MM, Door, rest_mm
 from serve_peer import Peer, Serve, connect, serial
 from slow import deep_but
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.server import Server
 
 IN_FLIGHT = 200  # lines of the job that wait for their answers
 WRONG_EVERY = 13

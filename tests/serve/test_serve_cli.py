@@ -18,7 +18,7 @@ from patience import HANG_S
 from serve_peer import Peer
 from signals import ignored_signals, usual_signals
 from wificnc.errors import Exit, UserError
-from wificnc.serve.options import Address, parse_address, parse_speed
+from wificnc.simulator.serve.options import Address, parse_address, parse_speed
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 from patience import HANG_S, wait_until
 from serve_peer import Peer, Serve, connect, stream
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.server import Server
 
 
 @pytest.fixture

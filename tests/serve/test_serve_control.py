@@ -6,7 +6,7 @@ import pytest
 from patience import wait_until
 from serve_peer import Peer, Serve
 from slow import deep_but
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.server import Server
 
 
 @pytest.fixture(params=deep_but("release".__eq__, ["release", "asan"]))

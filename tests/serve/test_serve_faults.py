@@ -7,7 +7,7 @@ import select
 import pytest
 from serve_peer import Peer, Serve, connect, pour
 from slow import deep_but
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.server import Server
 
 VARIANTS = ("release", "asan")
 JOB = ["G21G90G1F3000", *(f"X{n % 40 * 0.05:.2f}Y{n % 9 * 0.1:.1f}" for n in range(1, 3001))]

@@ -6,7 +6,7 @@ import re
 
 import pytest
 from serve_peer import Serve, connect
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.server import Server
 
 
 @pytest.fixture

@@ -10,9 +10,9 @@ from serve_peer import Peer, Serve, connect, stream
 from wificnc.commands.login import command
 from wificnc.commands.status import command as status_command
 from wificnc.commands.unlock import command as unlock_command
+from wificnc.connection.access import login_proof, normal_key
+from wificnc.connection.transport import SocketTransport
 from wificnc.errors import RefusedError, UserError
-from wificnc.link.access import login_proof, normal_key
-from wificnc.link.transport import SocketTransport
 
 KEY = "k7qf3-x2m9d-0abcd-efghj"
 

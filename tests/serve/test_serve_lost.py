@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 from patience import HANG_S, wait_until
 from serve_peer import SLOW, Peer, Serve, clock, connect, serial
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.server import Server
 
 LOST = "[MSG:Sender lost: feed hold]"
 CUT = "M3S500\nG91G1X-300F3000\n"  # six seconds

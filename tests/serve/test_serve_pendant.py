@@ -14,8 +14,8 @@ from pathlib import Path
 
 import pytest
 from serve_peer import SLOW, Peer, Serve, clock
-from wificnc.serve.options import Door
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.options import Door
+from wificnc.simulator.serve.server import Server
 
 TCP = Door("tcp", "0")
 BUSY = "error:183"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from patience import wait_until
 from serve_peer import Peer, Serve
-from wificnc.serve.options import Door
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.options import Door
+from wificnc.simulator.serve.server import Server
 
 TCP = Door("tcp", "0")
 HOMING = ("$22=1", "$20=0", "$25=2000", "$24=100", "$27=2")

@@ -13,8 +13,8 @@ from patience import wait_until
 from serve_peer import SLOW, Peer, Serve, clock
 from wificnc.app import root
 from wificnc.errors import RefusedError
-from wificnc.serve.options import Door
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.options import Door
+from wificnc.simulator.serve.server import Server
 
 TCP = Door("tcp", "0")
 NO_SOFT_LIMITS = ("$20=0",)

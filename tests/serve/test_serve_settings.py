@@ -9,9 +9,9 @@ import pytest
 from serve_peer import Peer
 from wificnc.board.load import load_board
 from wificnc.errors import ServeError
-from wificnc.protocol.table import load_settings
-from wificnc.serve.options import Address, ServeOptions
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.options import Address, ServeOptions
+from wificnc.simulator.serve.server import Server
+from wificnc.tables.settings import load_settings
 from wificnc_chips import ChipServer
 
 CHIP = "pic32mz2048efh100"

@@ -11,11 +11,11 @@ from generate.board_docs import board_page
 from serve_peer import Peer
 from wificnc.app import root
 from wificnc.board.load import load_board
-from wificnc.machine import load_machine
-from wificnc.nvs.image import read_image
-from wificnc.nvs.values import NAMESPACE, setting_keys
-from wificnc.serve.options import Address, ServeOptions, end_switches
-from wificnc.serve.server import Server
+from wificnc.firmware.nvs.image import read_image
+from wificnc.firmware.nvs.values import NAMESPACE, setting_keys
+from wificnc.profile import load_machine
+from wificnc.simulator.serve.options import Address, ServeOptions, end_switches
+from wificnc.simulator.serve.server import Server
 
 BOARDS = ("esp32-wroom32", "esp32s3-devkitc")  # six axes
 

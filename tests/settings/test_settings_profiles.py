@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from settings_core import Settings
-from wificnc.machine import find_machines, load_machine
+from wificnc.profile import find_machines, load_machine
 
 
 @pytest.mark.parametrize("name", find_machines())

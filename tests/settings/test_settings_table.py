@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 from pydantic import ValidationError
 from settings_core import AXES, NUMBERS, TABLE
-from wificnc.protocol import AXES as AXIS_LETTERS
-from wificnc.protocol import load_settings
-from wificnc.protocol.table import parse_settings
+from wificnc.tables import AXES as AXIS_LETTERS
+from wificnc.tables import load_settings
+from wificnc.tables.settings import parse_settings
 
 GOOD = {
     "number": "7",

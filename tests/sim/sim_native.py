@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from c_library import CONSUMER, EVENT
 from layouts import HOST
-from wificnc.sim.native import AXIS_COUNT, SAMPLE_DTYPE, PathSample
+from wificnc.simulator.library import AXIS_COUNT, SAMPLE_DTYPE, PathSample
 
 RAPID = 0x01
 AXES = range(AXIS_COUNT)

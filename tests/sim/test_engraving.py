@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from layouts import HOST
 from test_sim_job import SETTINGS, run
-from wificnc.sim.job import At, Engraving
-from wificnc.sim.native import PIECE_DTYPE
-from wificnc.sim.trace import TraceFile
+from wificnc.simulator.job import At, Engraving
+from wificnc.simulator.library import PIECE_DTYPE
+from wificnc.simulator.trace import TraceFile
 
 ACCEL = 500.0  # of SETTINGS, mm/s2
 LASER = (*SETTINGS, "$32=1", "$30=1000")

@@ -14,10 +14,10 @@ from test_engraving import LASER, RASTER, burn
 from test_sim_cli import cli
 from test_sim_job import run
 from wificnc.app import main
-from wificnc.sim import engraving as drawing
-from wificnc.sim.engraving import Pieces, pieces_from, rasterise, unit
-from wificnc.sim.native import PIECE_DTYPE
-from wificnc.sim.plot import draw_job
+from wificnc.simulator import engraving as drawing
+from wificnc.simulator.engraving import Pieces, pieces_from, rasterise, unit
+from wificnc.simulator.library import PIECE_DTYPE
+from wificnc.simulator.plot import draw_job
 
 __all__ = ["cli"]
 SETTINGS = [word for line in LASER for word in ("--set", line)]
@@ -111,7 +111,7 @@ def profile(dark: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize("dense", [False, True])
 def test_a_line_with_constant_power_is_darker_at_its_ends(library, monkeypatch, dense):
     if dense:
-        monkeypatch.setattr("wificnc.sim.look.ENGRAVING_DENSE", 0)
+        monkeypatch.setattr("wificnc.simulator.look.ENGRAVING_DENSE", 0)
     rows = "".join(f"G0X{n % 2 * 30}Y{n}\nG1X{30 - n % 2 * 30}\n" for n in range(15))
     shown = {}
     for mode in ("M3", "M4"):

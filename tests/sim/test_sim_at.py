@@ -10,9 +10,9 @@ import pytest
 from click.testing import CliRunner
 from wificnc.app import root
 from wificnc.errors import UserError
-from wificnc.sim.job import At, JobRequest, SimResult, Timing, run_job
-from wificnc.sim.native import Tasks
-from wificnc.sim.run import parse_at
+from wificnc.simulator.job import At, JobRequest, SimResult, Timing, run_job
+from wificnc.simulator.library import Tasks
+from wificnc.simulator.run import parse_at
 
 TIMING = Timing(20_000_000, 2500, 1000, 500_000, 3)
 SETTINGS = tuple(

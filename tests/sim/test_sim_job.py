@@ -11,8 +11,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from wificnc.errors import JobError, UserError
-from wificnc.sim.job import At, JobRequest, SimResult, Timing, printable, read_job, run_job
-from wificnc.sim.trace import TraceFile, signal_names
+from wificnc.simulator.job import At, JobRequest, SimResult, Timing, printable, read_job, run_job
+from wificnc.simulator.trace import TraceFile, signal_names
 
 START_S = 0.015  # a controller waits a moment for more moves before it starts, and its first step takes its time
 TIMING = Timing(20_000_000, 2500, 1000, 500_000, 3)

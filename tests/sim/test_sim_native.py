@@ -17,9 +17,9 @@ from native_layout import (
     modules_with_structures,
     structures,
 )
-from wificnc.sim import native
+from wificnc.simulator import library
 
-MODULES = ("wificnc.job.native", "wificnc.serve.announce", "wificnc.sim.native")
+MODULES = ("wificnc.job.rebuild", "wificnc.simulator.serve.announce", "wificnc.simulator.library")
 
 
 @pytest.mark.parametrize("ours", structures(MODULES), ids=lambda ours: ours.__name__)
@@ -28,7 +28,7 @@ def test_a_structure_is_laid_out_as_in_c(ours: type[Structure]) -> None:
 
 
 def test_a_function_is_called_as_c_wants_it() -> None:
-    assert_called_as_c_wants(native._PROTOTYPES, HOST)
+    assert_called_as_c_wants(library._PROTOTYPES, HOST)
 
 
 def test_no_module_is_forgotten() -> None:

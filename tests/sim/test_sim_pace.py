@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from wificnc.board.load import load_board
-from wificnc.sim.run import SimOptions, simulate
+from wificnc.simulator.run import SimOptions, simulate
 
 STEPS_PER_MM, RATE_MM_MIN, ACCEL = 5000, 5000, 500
 SPEED_UP_S = RATE_MM_MIN / 60 / ACCEL

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from test_sim_job import run
-from wificnc.sim.path import COLUMNS, Path, envelope, isometric, nearness, path_from_samples, runs, simplify
-from wificnc.sim.plot import draw_job
+from wificnc.simulator.path import COLUMNS, Path, envelope, isometric, nearness, path_from_samples, runs, simplify
+from wificnc.simulator.plot import draw_job
 
 JOBS = {
     "nothing": "M30\n",

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from sim_native import job_lines, program_end
-from wificnc.sim.job import split_lines
+from wificnc.simulator.job import split_lines
 
 BLANKS = b" \t\v\f"  # that a controller leaves out
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from c_library import EVENT
 from sim_native import events, write_trace
-from wificnc.sim.trace import raw_to_npz, signal_names
+from wificnc.simulator.trace import raw_to_npz, signal_names
 
 NAMES = signal_names({"step_x": "GPIO1", "dir_x": "GPIO2"}, "XYZ")
 VCD = {"names": NAMES, "pulse_ns": 2500, "setup_ns": 1000}

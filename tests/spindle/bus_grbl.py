@@ -10,7 +10,7 @@ from c_library import LIB
 from drives import Drive
 from grbl_host import HZ, Grbl
 from layouts import HOST
-from wificnc.sim.native import HostBoard, Tasks
+from wificnc.simulator.library import HostBoard, Tasks
 
 DEVICE = HOST.prototype("host_bus_attach")[1][1]
 STATUS = re.compile(r"\|FS:(\d+),(\d+)(?:,(\d+))?(?:\|Amp:([\d.]+))?")

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import pytest
 from bus_grbl import BusGrbl, make_grbl
 from drives import Drive, Yl620, crc16, make_drive
-from wificnc.sim.native import Tasks
+from wificnc.simulator.library import Tasks
 
 NOTICED_S = 0.3  # three polls
 MOVE = "G91\nG1X200F1200\n"

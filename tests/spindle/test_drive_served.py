@@ -14,8 +14,8 @@ from patience import HANG_S
 from serve_peer import Peer
 from wificnc.board.load import load_board
 from wificnc.errors import ServeError
-from wificnc.serve.options import Address, ServeOptions
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.options import Address, ServeOptions
+from wificnc.simulator.serve.server import Server
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="a pty plays the serial port")
 SETTINGS = ("$30=24000", "$395=5", "$375=250", "$340=10", "$110=5000", "$120=500")

@@ -6,9 +6,9 @@ import pytest
 from bus_grbl import BusGrbl, make_grbl
 from drives import OwnRegisters, Yl620, make_drive
 from grbl_host import Grbl
-from wificnc.link.words import ERRORS
-from wificnc.protocol import load_settings
-from wificnc.protocol.vfd import BAUDS, PARITIES, load_vfds
+from wificnc.connection.words import ERRORS
+from wificnc.tables import load_settings
+from wificnc.tables.vfd import BAUDS, PARITIES, load_vfds
 
 NO_BUS, UNKNOWN, LASER, IN_USE = 190, 191, 192, 193
 

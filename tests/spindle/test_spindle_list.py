@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 from grbl_host import Grbl
-from wificnc.protocol.vfd import load_vfds
+from wificnc.tables.vfd import load_vfds
 
 ROW = re.compile(r"\[SPINDLE:(\d+)\|(-|0)\|(\d)\|(\*?)([SDLV]*)\|([^|\]]+)\]\r\n")
 RELAY, PWM, REVERSE = 1, 2, 4  # BOARD_OUTPUT_ bits

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
-from wificnc.protocol.vfd import VFD_PATH, load_vfds, parse_vfds
+from wificnc.tables.vfd import VFD_PATH, load_vfds, parse_vfds
 
 GOOD = """
 schema = 1

@@ -10,8 +10,7 @@ import struct
 from c_library import LIB
 from generate.states_table import Input
 from grbl_host import HZ, Grbl
-from wificnc.sim.native import HostBoard
-from wificnc.wmc3.layout import (
+from wificnc.connection.wmc3.layout import (
     Ack,
     Authenticate,
     Authenticated,
@@ -42,8 +41,9 @@ from wificnc.wmc3.layout import (
     Take,
     ValueType,
 )  # fmt: skip
-from wificnc.wmc3.packet import build, parse
-from wificnc.wmc3.packing import Layout
+from wificnc.connection.wmc3.packet import build, parse
+from wificnc.connection.wmc3.packing import Layout
+from wificnc.simulator.library import HostBoard
 
 HOST, OTHER, PORT = "10.0.0.2", "10.0.0.3", 40_000
 ALIVE_S = 0.2

@@ -12,9 +12,9 @@ from generate.states import CODE, COLUMNS, OUTPUT, cells_html, document
 from generate.states_table import BYTES, PATH, Table, load_states, parse_states
 from generate.wire_table import WireTable, parse_wire
 from state_machine import SITUATIONS
-from wificnc.protocol.nvs import load_nvs
-from wificnc.protocol.table import load_settings
-from wificnc.wmc3.layout import Refusal
+from wificnc.connection.wmc3.layout import Refusal
+from wificnc.tables.nvs import load_nvs
+from wificnc.tables.settings import load_settings
 
 ROOT = Path(__file__).parents[2]
 TABLE = load_states()

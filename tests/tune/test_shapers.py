@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from wificnc.protocol import load_settings
+from wificnc.tables import load_settings
 from wificnc.tune.choice import GOOD, Mode, assignments, recommended, rows, settings_line
 from wificnc.tune.shapers import EI, MZV, OFF, SHAPERS, TWO_HUMP_EI, ZV, Impulses, impulses
 

@@ -12,9 +12,9 @@ from bridge import Bridge
 from patience import HANG_S
 from playwright.sync_api import Locator, Page, expect
 from web_fixture import Watched, serving
-from wificnc.serve.options import Address
-from wificnc.serve.page import About, PageServer
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.options import Address
+from wificnc.simulator.serve.page import About, PageServer
+from wificnc.simulator.serve.server import Server
 
 ABOUT = About("WiFiCNC in a test", "0", "host", 6)
 

@@ -10,7 +10,7 @@ from esp32_serve import BOARD, serving_esp32
 from playwright.sync_api import Locator, expect
 from web_fixture import Watched
 from wificnc.board.load import find_boards, load_board
-from wificnc.web.embed import embedded_files
+from wificnc.firmware.page_header import embedded_files
 
 pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 

@@ -10,9 +10,9 @@ import pytest
 from console_page import SLOW, SWITCHES, Console, home, load, square, typed
 from playwright.sync_api import Locator, expect
 from web_fixture import Watched
-from wificnc.link.settings import read_file
-from wificnc.serve.page import PageServer
-from wificnc.serve.server import Server
+from wificnc.connection.settings import read_file
+from wificnc.simulator.serve.page import PageServer
+from wificnc.simulator.serve.server import Server
 
 pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 

@@ -14,17 +14,17 @@ import pytest
 from wificnc.board.load import load_board
 from wificnc.build.host import ensure_host_library
 from wificnc.errors import JobError
-from wificnc.job.native import load_rebuild
 from wificnc.job.program import Program, read_program
+from wificnc.job.rebuild import load_rebuild
 from wificnc.job.resume import MachineFacts, plan_resume
-from wificnc.machine import load_machine
-from wificnc.serve.options import board_numbers
-from wificnc.sim.engraving import pieces_from
-from wificnc.sim.job import JobRequest, SimResult, Timing, run_job
-from wificnc.sim.look import ACCURACY_PARTS, SPEED_LEVELS
-from wificnc.sim.native import load_library
-from wificnc.sim.path import path_from_samples, simplify
-from wificnc.sim.report import laser_warning
+from wificnc.profile import load_machine
+from wificnc.simulator.engraving import pieces_from
+from wificnc.simulator.job import JobRequest, SimResult, Timing, run_job
+from wificnc.simulator.library import load_library
+from wificnc.simulator.look import ACCURACY_PARTS, SPEED_LEVELS
+from wificnc.simulator.path import path_from_samples, simplify
+from wificnc.simulator.report import laser_warning
+from wificnc.simulator.serve.options import board_numbers
 
 from web.build import install_packages, missing_tools, run_npm
 from web.wasm import build_wasm

@@ -14,7 +14,7 @@ from esp32_serve import Contact, first_contact
 from patience import HANG_S
 from playwright.sync_api import Browser, Page, expect
 from web_fixture import CHROMIUM, TIMEOUT_MS
-from wificnc.web.embed import embedded_files
+from wificnc.firmware.page_header import embedded_files
 
 pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 

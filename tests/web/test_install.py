@@ -15,16 +15,16 @@ from chip import Mock, image, make_build, mock_chip
 from playwright.sync_api import Page, expect
 from web_fixture import Watched
 from wificnc.board.load import load_board
-from wificnc.flash.device import open_device
-from wificnc.flash.plan import Region, load_regions, read_partitions
-from wificnc.machine import load_machine
-from wificnc.nvs.build import build_image
-from wificnc.nvs.image import read_image
-from wificnc.nvs.values import NAMESPACE, machine_entries, number_entry, text_entry
-from wificnc.release.esp32 import Esp32Firmware
-from wificnc.release.page import esp32_files, index, index_row
-from wificnc.serve.options import Address
-from wificnc.serve.page import About, PageServer
+from wificnc.firmware.flash.device import open_device
+from wificnc.firmware.flash.plan import Region, load_regions, read_partitions
+from wificnc.firmware.nvs.build import build_image
+from wificnc.firmware.nvs.image import read_image
+from wificnc.firmware.nvs.values import NAMESPACE, machine_entries, number_entry, text_entry
+from wificnc.firmware.release.esp32 import Esp32Firmware
+from wificnc.firmware.release.flasher_page import esp32_files, index, index_row
+from wificnc.profile import load_machine
+from wificnc.simulator.serve.options import Address
+from wificnc.simulator.serve.page import About, PageServer
 
 pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 

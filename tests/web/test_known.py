@@ -11,8 +11,8 @@ from console_page import SLOW, Console, hands_say, load, typed
 from patience import HANG_S
 from playwright.sync_api import expect
 from web_fixture import Watched
-from wificnc.serve.page import PageServer
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.page import PageServer
+from wificnc.simulator.serve.server import Server
 
 pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 

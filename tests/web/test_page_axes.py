@@ -13,10 +13,10 @@ from patience import HANG_S
 from playwright.sync_api import Page, expect
 from web_fixture import Watched
 from wificnc.board.load import load_board
-from wificnc.machine import load_machine
-from wificnc.serve.options import Address, ServeOptions
-from wificnc.serve.page import About, PageServer
-from wificnc.serve.server import Server
+from wificnc.profile import load_machine
+from wificnc.simulator.serve.options import Address, ServeOptions
+from wificnc.simulator.serve.page import About, PageServer
+from wificnc.simulator.serve.server import Server
 
 pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 

@@ -15,9 +15,9 @@ from slow import deep_but
 from test_screens import AXE, LOOKS, SCREENS, broken_rules
 from web_fixture import MACHINE, Watched
 from wificnc.board.load import load_board
-from wificnc.serve.options import Address, ServeOptions
-from wificnc.serve.page import About, PageServer
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.options import Address, ServeOptions
+from wificnc.simulator.serve.page import About, PageServer
+from wificnc.simulator.serve.server import Server
 
 pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from console_page import Console, load, square
 from playwright.sync_api import expect
-from wificnc.machine.load import PROFILES, load_machine
+from wificnc.profile.load import PROFILES, load_machine
 
 pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 

@@ -14,8 +14,8 @@ from playwright.sync_api import Page, expect
 from slow import cases_but
 from test_screens import AXE, LOOKS, NO_COLOURS, SCREENS, broken_rules
 from web_fixture import Watched
-from wificnc.serve.page import PageServer
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.page import PageServer
+from wificnc.simulator.serve.server import Server
 
 pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 

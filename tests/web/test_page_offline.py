@@ -20,8 +20,8 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from patience import wait_until
 from playwright.sync_api import Browser, BrowserContext, Page, expect
 from web_fixture import CHROMIUM, TIMEOUT_MS, Watched
-from wificnc.serve.page import PageServer
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.page import PageServer
+from wificnc.simulator.serve.server import Server
 
 pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 

@@ -11,8 +11,8 @@ from playwright.sync_api import Locator, Page, expect
 from test_page_drives import settings_tab
 from test_screens import LOOKS, ROOT, TABS
 from web_fixture import Watched
-from wificnc.serve.page import PageServer
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.page import PageServer
+from wificnc.simulator.serve.server import Server
 
 pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 

@@ -10,7 +10,7 @@ import pytest
 from esp32_serve import Contact, first_contact
 from playwright.sync_api import Page, expect
 from web_fixture import Watched
-from wificnc.web.embed import embedded_files
+from wificnc.firmware.page_header import embedded_files
 
 pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 

@@ -19,12 +19,12 @@ from playwright.sync_api import expect
 from web_fixture import Watched, serving
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import ClientConnection, connect
+from wificnc.connection.discover import Found
 from wificnc.errors import LinkError, ServeError, UserError
-from wificnc.link.discover import Found
-from wificnc.serve.announce import Announced, announced
-from wificnc.serve.options import Address, parse_host_name
-from wificnc.serve.page import About, PageServer
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.announce import Announced, announced
+from wificnc.simulator.serve.options import Address, parse_host_name
+from wificnc.simulator.serve.page import About, PageServer
+from wificnc.simulator.serve.server import Server
 
 ABOUT = About("a test", "1", "host", 6)
 
@@ -165,7 +165,7 @@ def test_a_page_of_this_computer_alone_is_not_announced(folder: Path) -> None:
 def test_a_page_at_all_addresses_is_announced_with_that_of_the_network(
     monkeypatch: pytest.MonkeyPatch, own: str, address: list[int] | None
 ) -> None:
-    monkeypatch.setattr("wificnc.serve.announce._own_address", lambda: own)
+    monkeypatch.setattr("wificnc.simulator.serve.announce._own_address", lambda: own)
     found = announced(Address("0.0.0.0", 0), 8080, "host")
     assert (list(found.address) if found else None) == address
 

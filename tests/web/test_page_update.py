@@ -13,7 +13,7 @@ from playwright.sync_api import Page, expect
 from update_page import Receiver, receiver
 from web_fixture import Watched
 from wificnc.build.signing import signing_key
-from wificnc.web.embed import embedded_files
+from wificnc.firmware.page_header import embedded_files
 
 pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 

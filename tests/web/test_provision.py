@@ -15,8 +15,8 @@ from playwright.sync_api import Page, expect
 from web_fixture import Watched
 from wificnc.build.checkout import checkout_root
 from wificnc.build.host import build_program
-from wificnc.serve.options import Address
-from wificnc.serve.page import About, PageServer
+from wificnc.simulator.serve.options import Address
+from wificnc.simulator.serve.page import About, PageServer
 
 HERE = Path(__file__).parent
 ESP32 = checkout_root() / "targets" / "esp32"

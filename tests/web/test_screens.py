@@ -13,8 +13,8 @@ from console_page import SLOW, press
 from playwright.sync_api import Page, expect
 from slow import deep_but
 from web_fixture import DESKTOP, Watched
-from wificnc.serve.page import PageServer
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.page import PageServer
+from wificnc.simulator.serve.server import Server
 
 pytestmark = pytest.mark.slow  # opens a browser, for which the page is built
 

@@ -12,7 +12,7 @@ from generate.page_tables import board_tables
 from wificnc.board.header import pin_header_text
 from wificnc.board.load import find_boards, load_board
 from wificnc.build.checkout import checkout_root
-from wificnc.machine.load import find_machines, load_machine
+from wificnc.profile.load import find_machines, load_machine
 
 from web.build import install_packages, missing_tools, run_npm
 

@@ -17,9 +17,9 @@ from playwright.sync_api import Browser, BrowserContext, Page, Request, expect, 
 from wificnc.board.load import load_board
 from wificnc.build.checkout import checkout_root
 from wificnc.build.lock import build_lock
-from wificnc.serve.options import Address, ServeOptions
-from wificnc.serve.page import About, PageServer
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.options import Address, ServeOptions
+from wificnc.simulator.serve.page import About, PageServer
+from wificnc.simulator.serve.server import Server
 
 from web.build import build_page, missing_tools
 

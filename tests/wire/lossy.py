@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 from types import TracebackType
 
 from patience import HANG_S
-from wificnc.wmc3.layout import CONTROL_PORT, IO_STATUS_PORT, STATUS_PORT, UDP_PORT
+from wificnc.connection.wmc3.layout import CONTROL_PORT, IO_STATUS_PORT, STATUS_PORT, UDP_PORT
 
 DATAGRAM_MAX = 2048
 Peer = tuple[str, int]

@@ -11,10 +11,10 @@ import subprocess
 
 from test_lossy import SETTINGS, figure, position, segments
 from wificnc.board.load import load_board
-from wificnc.serve.options import ServeOptions
-from wificnc.serve.server import Server
-from wificnc.wmc3.device import Device
-from wificnc.wmc3.stream import StreamSender
+from wificnc.connection.wmc3.device import Device
+from wificnc.connection.wmc3.stream import StreamSender
+from wificnc.simulator.serve.options import ServeOptions
+from wificnc.simulator.serve.server import Server
 
 DEVICE = "127.0.0.1"
 NETEM = ("netem", "loss", "30%", "duplicate", "30%", "delay", "10ms", "8ms")

@@ -15,8 +15,8 @@ from c_library import LIB
 from test_motion import segment
 from test_requests import configure
 from test_session import reason, statistics
-from wificnc.link.access import key_secret
-from wificnc.wmc3.layout import (
+from wificnc.connection.access import key_secret
+from wificnc.connection.wmc3.layout import (
     Authenticate,
     Authenticated,
     Challenge,
@@ -45,9 +45,9 @@ from wificnc.wmc3.layout import (
     Type,
     ValueType,
 )
-from wificnc.wmc3.packet import build
-from wificnc.wmc3.packing import Layout
-from wificnc.wmc3.seal import Sealer, proof, siphash
+from wificnc.connection.wmc3.packet import build
+from wificnc.connection.wmc3.packing import Layout
+from wificnc.connection.wmc3.seal import Sealer, proof, siphash
 from wire_device import HOST, OTHER, TRUST_DAY, TRUST_NOT, Device
 
 OURS = bytes(range(16))  # a nonce

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, precondition, rule
 from test_motion import segment
 from test_requests import configure
-from wificnc.wmc3.layout import (
+from wificnc.connection.wmc3.layout import (
     Authenticate,
     Challenge,
     ConfigGet,
@@ -40,8 +40,8 @@ from wificnc.wmc3.layout import (
     Take,
     ValueType,
 )
-from wificnc.wmc3.packet import build
-from wificnc.wmc3.packing import Layout
+from wificnc.connection.wmc3.packet import build
+from wificnc.connection.wmc3.packing import Layout
 from wire_device import HOST, OTHER, Device
 
 KEY = "k7qf3-x2m9d-0abcd-efghj"

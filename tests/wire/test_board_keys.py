@@ -9,7 +9,7 @@ from board_keys import published_keys
 from test_inputs_outputs import hello
 from test_requests import config, configure
 from wificnc.board.load import find_boards, load_board
-from wificnc.wmc3.layout import Capability, Refusal, ValueType
+from wificnc.connection.wmc3.layout import Capability, Refusal, ValueType
 from wire_device import Device, device_board
 
 Make = Callable[..., Device]

@@ -9,11 +9,11 @@ import pytest
 from generate.wire_table import parse_wire
 from hypothesis import given
 from hypothesis import strategies as st
-from wificnc.protocol.nvs import load_nvs
-from wificnc.protocol.table import load_settings, tomllib
-from wificnc.wmc3.keys import KEYS
-from wificnc.wmc3.layout import PACKETS, Header, Motion, Segment, Type
-from wificnc.wmc3.packet import HEADER_SIZE, build, crc16, parse
+from wificnc.connection.wmc3.keys import KEYS
+from wificnc.connection.wmc3.layout import PACKETS, Header, Motion, Segment, Type
+from wificnc.connection.wmc3.packet import HEADER_SIZE, build, crc16, parse
+from wificnc.tables.nvs import load_nvs
+from wificnc.tables.settings import load_settings, tomllib
 from wire_core import c_name, opens, rebuild
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -9,7 +9,7 @@ import pytest
 from test_requests import config, configure
 from test_session import reason
 from wificnc.board.load import load_board
-from wificnc.wmc3.layout import ConfigSave, ConfigSet, Ping, Refusal, ValueType
+from wificnc.connection.wmc3.layout import ConfigSave, ConfigSet, Ping, Refusal, ValueType
 from wire_device import HOST, OTHER, Device, device_board
 
 Make = Callable[..., Device]

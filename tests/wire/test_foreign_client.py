@@ -14,9 +14,9 @@ from board_keys import published_keys
 from installed import missing
 from patience import HANG_S
 from wificnc.board.load import load_board
-from wificnc.serve.options import ServeOptions
-from wificnc.serve.server import Server
-from wificnc.wmc3.layout import Alarm, Refusal
+from wificnc.connection.wmc3.layout import Alarm, Refusal
+from wificnc.simulator.serve.options import ServeOptions
+from wificnc.simulator.serve.server import Server
 
 ADDRESS, OWN = (f"127.{net}.{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}" for net in (62, 63))
 RANGES = (  # of docs/protocol.md

@@ -9,8 +9,8 @@ from collections.abc import Callable, Iterator
 import pytest
 from test_motion import segment
 from test_session import statistics
-from wificnc.wmc3.layout import IoControl, Motion, Resume, State
-from wificnc.wmc3.packet import build
+from wificnc.connection.wmc3.layout import IoControl, Motion, Resume, State
+from wificnc.connection.wmc3.packet import build
 from wire_device import Device
 
 SLICE_US, SLICE_S = 10_000, 0.01

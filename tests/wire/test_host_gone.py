@@ -8,7 +8,7 @@ import pytest
 from test_motion import segment
 from test_session import reason
 from test_stream import ack_of, open_stream
-from wificnc.wmc3.layout import (
+from wificnc.connection.wmc3.layout import (
     Estop,
     Home,
     HomeComplete,

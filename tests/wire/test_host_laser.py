@@ -8,7 +8,7 @@ from collections.abc import Callable
 import pytest
 from test_motion import segment
 from test_session import reason
-from wificnc.wmc3.layout import Estop, Hold, IoControl, Jog, JogStop, Refusal, Reset, SegmentFlag, Type
+from wificnc.connection.wmc3.layout import Estop, Hold, IoControl, Jog, JogStop, Refusal, Reset, SegmentFlag, Type
 from wire_device import Device
 
 Make = Callable[..., Device]

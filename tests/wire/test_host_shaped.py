@@ -15,8 +15,19 @@ from numpy.typing import NDArray
 from test_motion import profile, segment, speeds
 from test_preempt import JOB, flags, path, run_to, undisturbed
 from test_session import REGISTER, statistics
+from wificnc.connection.wmc3.layout import (
+    Estop,
+    Hold,
+    IoControl,
+    Reset,
+    Resume,
+    Segment,
+    SegmentFlag,
+    State,
+    StatusFlag,
+    Take,
+)
 from wificnc.tune.shapers import SHAPERS, impulses
-from wificnc.wmc3.layout import Estop, Hold, IoControl, Reset, Resume, Segment, SegmentFlag, State, StatusFlag, Take
 from wire_device import ACCEL, PATIENT, RATE, TIMER_HZ, Device
 
 Make = Callable[..., Device]

@@ -7,7 +7,16 @@ from collections.abc import Callable
 
 import pytest
 from test_requests import config, configure
-from wificnc.wmc3.layout import Capability, Handshake, HandshakeResponse, IoControl, JogStop, Refusal, Status, ValueType
+from wificnc.connection.wmc3.layout import (
+    Capability,
+    Handshake,
+    HandshakeResponse,
+    IoControl,
+    JogStop,
+    Refusal,
+    Status,
+    ValueType,
+)
 from wire_device import OTHER, TIMER_HZ, Device, Sent
 
 Make = Callable[..., Device]

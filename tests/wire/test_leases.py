@@ -15,9 +15,9 @@ from patience import HANG_S
 from test_module import Make, Module, make
 from test_motion import segment
 from test_serve_wire import ADDRESS, serve
-from wificnc.serve.server import Server
-from wificnc.wmc3.layout import IO_STATUS_PORT, STATUS_PORT, UDP_PORT, Jog, JogStop, Refusal, Type
-from wificnc.wmc3.packet import build
+from wificnc.connection.wmc3.layout import IO_STATUS_PORT, STATUS_PORT, UDP_PORT, Jog, JogStop, Refusal, Type
+from wificnc.connection.wmc3.packet import build
+from wificnc.simulator.serve.server import Server
 from wire_device import HOST, OTHER, Device, number
 
 KEY = "k7qf3-x2m9d-0abcd-efghj"

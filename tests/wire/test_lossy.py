@@ -25,12 +25,12 @@ from lossy import Lossy
 from patience import HANG_S, wait_until
 from wificnc.app import root
 from wificnc.board.load import load_board
-from wificnc.serve.options import ServeOptions
-from wificnc.serve.server import Server
-from wificnc.wmc3.device import Device
-from wificnc.wmc3.layout import Motion, Resume, Segment, State, Statistics, StatisticsResponse, Status, Type
-from wificnc.wmc3.packet import parse
-from wificnc.wmc3.stream import StreamSender
+from wificnc.connection.wmc3.device import Device
+from wificnc.connection.wmc3.layout import Motion, Resume, Segment, State, Statistics, StatisticsResponse, Status, Type
+from wificnc.connection.wmc3.packet import parse
+from wificnc.connection.wmc3.stream import StreamSender
+from wificnc.simulator.serve.options import ServeOptions
+from wificnc.simulator.serve.server import Server
 
 HERE = Path(__file__).parent
 OWN = f"{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}"  # the ports are fixed

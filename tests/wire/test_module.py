@@ -11,7 +11,7 @@ import wire_device
 from test_motion import segment
 from test_requests import config, configure
 from test_session import reason
-from wificnc.wmc3.layout import (
+from wificnc.connection.wmc3.layout import (
     STATUS_PORT,
     Alarm,
     Capability,

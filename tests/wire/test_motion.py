@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from wificnc.wmc3.layout import Estop, Hold, JogStop, ProbeLast, Reset, Resume, Segment, SegmentFlag, State
+from wificnc.connection.wmc3.layout import Estop, Hold, JogStop, ProbeLast, Reset, Resume, Segment, SegmentFlag, State
 from wire_device import ACCEL, PATIENT, RATE, TIMER_HZ, Device
 
 SLICE_S = 0.01

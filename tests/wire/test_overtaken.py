@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from test_motion import segment
 from test_session import REGISTER, statistics
-from wificnc.wmc3.layout import (
+from wificnc.connection.wmc3.layout import (
     Estop,
     Hold,
     IoControl,
@@ -18,8 +18,8 @@ from wificnc.wmc3.layout import (
     Segment,
     State,
 )
-from wificnc.wmc3.packet import build
-from wificnc.wmc3.packing import Layout
+from wificnc.connection.wmc3.packet import build
+from wificnc.connection.wmc3.packing import Layout
 from wire_device import OTHER, Device
 
 

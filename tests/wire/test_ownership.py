@@ -8,7 +8,7 @@ import pytest
 from test_motion import segment
 from test_session import REGISTER, reason, statistics
 from test_stream import ack_of, open_stream
-from wificnc.wmc3.layout import (
+from wificnc.connection.wmc3.layout import (
     Estop,
     Hold,
     Home,
@@ -24,8 +24,8 @@ from wificnc.wmc3.layout import (
     Take,
     Type,
 )  # fmt: skip
-from wificnc.wmc3.packet import build
-from wificnc.wmc3.packing import Layout
+from wificnc.connection.wmc3.packet import build
+from wificnc.connection.wmc3.packing import Layout
 from wire_device import HOST, OTHER, Device
 
 NOBODY = (0, 0, 0, 0)

@@ -11,13 +11,13 @@ from pathlib import Path
 import pytest
 from generate.examples import parse_examples
 from generate.wire_table import Enum, Packet, WireStruct, parse_wire
-from wificnc.protocol.nvs import load_nvs
-from wificnc.protocol.table import load_settings
-from wificnc.wmc3.keys import KEYS
-from wificnc.wmc3.layout import PACKETS, Authenticate, ChallengeResponse, Ping, Refusal
-from wificnc.wmc3.packet import build, parse
-from wificnc.wmc3.packing import Layout
-from wificnc.wmc3.remedies import REMEDIES
+from wificnc.connection.wmc3.keys import KEYS
+from wificnc.connection.wmc3.layout import PACKETS, Authenticate, ChallengeResponse, Ping, Refusal
+from wificnc.connection.wmc3.packet import build, parse
+from wificnc.connection.wmc3.packing import Layout
+from wificnc.connection.wmc3.remedies import REMEDIES
+from wificnc.tables.nvs import load_nvs
+from wificnc.tables.settings import load_settings
 from wire_core import c_name, opens, rebuild
 
 ROOT = Path(__file__).resolve().parents[2]

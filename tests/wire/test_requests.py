@@ -11,8 +11,8 @@ from typing import Any
 import pytest
 from test_motion import segment
 from test_session import reason
-from wificnc.wmc3.keys import KEYS
-from wificnc.wmc3.layout import (
+from wificnc.connection.wmc3.keys import KEYS
+from wificnc.connection.wmc3.layout import (
     Alarm,
     ChannelOutputs,
     ConfigGet,
@@ -37,7 +37,7 @@ from wificnc.wmc3.layout import (
     Type,
     ValueType,
 )  # fmt: skip
-from wificnc.wmc3.packet import build
+from wificnc.connection.wmc3.packet import build
 from wire_device import OTHER, Device
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -12,8 +12,8 @@ from collections.abc import Callable
 import pytest
 from test_motion import segment
 from test_session import statistics
-from wificnc.wmc3.layout import MAGIC, VERSION, Motion, Segment, Type
-from wificnc.wmc3.packet import build, crc16
+from wificnc.connection.wmc3.layout import MAGIC, VERSION, Motion, Segment, Type
+from wificnc.connection.wmc3.packet import build, crc16
 from wire_device import HOST, PATIENT, Device, number
 
 SECONDS = int(os.environ.get("WIFICNC_SENDER_SECONDS", "120"))

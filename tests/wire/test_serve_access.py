@@ -11,12 +11,9 @@ import pytest
 from patience import HANG_S, wait_until
 from serve_peer import Peer
 from test_serve_wire import ADDRESS, STRANGER, framed, position, serve
-from wificnc.errors import LinkError, RefusedError
-from wificnc.serve.options import Address
-from wificnc.serve.server import Server
-from wificnc.wmc3 import device as device_module
-from wificnc.wmc3.device import Device
-from wificnc.wmc3.layout import (
+from wificnc.connection.wmc3 import device as device_module
+from wificnc.connection.wmc3.device import Device
+from wificnc.connection.wmc3.layout import (
     CONTROL_PORT,
     UDP_PORT,
     Hold,
@@ -31,7 +28,10 @@ from wificnc.wmc3.layout import (
     Statistics,
     StatisticsResponse,
 )  # fmt: skip
-from wificnc.wmc3.packet import build
+from wificnc.connection.wmc3.packet import build
+from wificnc.errors import LinkError, RefusedError
+from wificnc.simulator.serve.options import Address
+from wificnc.simulator.serve.server import Server
 
 __all__ = ["serve"]
 

@@ -19,11 +19,8 @@ from patience import HANG_S, wait_until
 from slow import deep_but
 from wificnc.app import root
 from wificnc.board.load import load_board
-from wificnc.errors import LinkError, RefusedError, ServeError, UserError
-from wificnc.serve.options import ServeOptions, parse_wmc3
-from wificnc.serve.server import Server
-from wificnc.wmc3.device import Device, find_devices
-from wificnc.wmc3.layout import (
+from wificnc.connection.wmc3.device import Device, find_devices
+from wificnc.connection.wmc3.layout import (
     CONTROL_PORT,
     UDP_PORT,
     ConfigGet,
@@ -41,7 +38,10 @@ from wificnc.wmc3.layout import (
     StatisticsResponse,
     StreamOpen,
 )
-from wificnc.wmc3.packet import build, parse
+from wificnc.connection.wmc3.packet import build, parse
+from wificnc.errors import LinkError, RefusedError, ServeError, UserError
+from wificnc.simulator.serve.options import ServeOptions, parse_wmc3
+from wificnc.simulator.serve.server import Server
 
 # the ports are fixed: every run of the tests has an address of its own
 ADDRESS = f"127.58.{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}"

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 from test_motion import segment
-from wificnc.wmc3.layout import (
+from wificnc.connection.wmc3.layout import (
     Ack,
     Estop,
     Hold,
@@ -27,8 +27,8 @@ from wificnc.wmc3.layout import (
     StatisticsResponse,
     Type,
 )  # fmt: skip
-from wificnc.wmc3.packet import build
-from wificnc.wmc3.packing import Layout
+from wificnc.connection.wmc3.packet import build
+from wificnc.connection.wmc3.packing import Layout
 from wire_device import OTHER, PATIENT, RATE, TIMER_HZ, Device
 
 REGISTER = JogStop(axis=0xFF)

@@ -10,7 +10,7 @@ import pytest
 import stalls
 from test_motion import segment
 from test_stalls import assert_smooth, put_line
-from wificnc.wmc3.layout import Hold, Jog, JogStop, Resume, SegmentFlag
+from wificnc.connection.wmc3.layout import Hold, Jog, JogStop, Resume, SegmentFlag
 from wire_device import ACCEL, PATIENT, RATE, TIMER_HZ, Device
 
 COMMITTED_S = 0.055  # AHEAD_FULL_US, and a segment

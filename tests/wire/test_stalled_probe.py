@@ -8,7 +8,7 @@ from collections.abc import Callable
 import pytest
 import stalls
 from test_motion import segment
-from wificnc.wmc3.layout import SegmentFlag
+from wificnc.connection.wmc3.layout import SegmentFlag
 from wire_device import ACCEL, PATIENT, TIMER_HZ, Device
 
 COMMITTED_S = 0.055  # AHEAD_FULL_US, and a slice

@@ -10,8 +10,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from test_motion import profile, segment, speeds
-from wificnc.errors import RefusedError
-from wificnc.wmc3.layout import (
+from wificnc.connection.wmc3.layout import (
     Estop,
     Handshake,
     HandshakeResponse,
@@ -27,8 +26,9 @@ from wificnc.wmc3.layout import (
     StreamSegments,
     Type,
 )  # fmt: skip
-from wificnc.wmc3.packet import build, parse
-from wificnc.wmc3.stream import StreamSender
+from wificnc.connection.wmc3.packet import build, parse
+from wificnc.connection.wmc3.stream import StreamSender
+from wificnc.errors import RefusedError
 from wire_device import ACCEL, HOST, OTHER, Device
 
 PORT = 40123

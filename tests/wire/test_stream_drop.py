@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from test_stream import Network, open_stream
-from wificnc.wmc3.layout import (
+from wificnc.connection.wmc3.layout import (
     Estop,
     Refusal,
     Refused,
@@ -17,7 +17,7 @@ from wificnc.wmc3.layout import (
     StreamOpen,
     StreamOpened,
 )
-from wificnc.wmc3.stream import StreamSender
+from wificnc.connection.wmc3.stream import StreamSender
 from wire_device import ACCEL, HOST, OTHER, RATE, Device
 
 STEPS, SLICE_US = 100, 10_000  # 10000 steps/s, half of the top speed

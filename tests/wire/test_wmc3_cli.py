@@ -15,12 +15,12 @@ from patience import HANG_S
 from wificnc.app import root
 from wificnc.board.load import load_board
 from wificnc.commands.wmc3 import SLICES_MAX, parse_moves, slices
+from wificnc.connection.wmc3.device import Device, find_key, pack_value
+from wificnc.connection.wmc3.layout import Refusal, Resume, Type
+from wificnc.connection.wmc3.refused import refused_error
 from wificnc.errors import RefusedError, UserError
-from wificnc.serve.options import ServeOptions
-from wificnc.serve.server import Server
-from wificnc.wmc3.device import Device, find_key, pack_value
-from wificnc.wmc3.layout import Refusal, Resume, Type
-from wificnc.wmc3.refused import refused_error
+from wificnc.simulator.serve.options import ServeOptions
+from wificnc.simulator.serve.server import Server
 
 ADDRESS = f"127.61.{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}"
 NOBODY = "127.61.255.254"

@@ -6,8 +6,8 @@ import ctypes
 import re
 
 from c_library import LIB
-from wificnc.wmc3.layout import PACKETS, Segment
-from wificnc.wmc3.packet import HEADER_SIZE
+from wificnc.connection.wmc3.layout import PACKETS, Segment
+from wificnc.connection.wmc3.packet import HEADER_SIZE
 
 PACKET_MAX = 512
 

@@ -16,10 +16,8 @@ from monitor import Monitor
 from numpy.typing import NDArray
 from step_log import StepLog
 from wificnc.board.model import Board
-from wificnc.link.access import key_secret
-from wificnc.serve.options import device_text
-from wificnc.sim.native import DeviceBoard, HostBoard
-from wificnc.wmc3.layout import (
+from wificnc.connection.access import key_secret
+from wificnc.connection.wmc3.layout import (
     JOG_REPEAT_MS,
     STATUS_PORT,
     Authenticate,
@@ -34,9 +32,11 @@ from wificnc.wmc3.layout import (
     Status,
     Type,
 )
-from wificnc.wmc3.packet import Packet, build, parse
-from wificnc.wmc3.packing import Layout
-from wificnc.wmc3.seal import Sealer, proof
+from wificnc.connection.wmc3.packet import Packet, build, parse
+from wificnc.connection.wmc3.packing import Layout
+from wificnc.connection.wmc3.seal import Sealer, proof
+from wificnc.simulator.library import DeviceBoard, HostBoard
+from wificnc.simulator.serve.options import device_text
 
 AXES = 6
 TIMER_HZ = 20_000_000

@@ -17,7 +17,7 @@ import pytest
 from chip_steps import LATE_TASK_NS, assert_steps_in_time
 from numpy.typing import NDArray
 from slow import slow_but
-from wificnc.sim.run import SimOptions, simulate
+from wificnc.simulator.run import SimOptions, simulate
 from wificnc_chips import ChipFault
 from wificnc_chips.esp32 import CPU_HZ, Chip, VirtualChip
 from xtensa import windows

@@ -19,7 +19,7 @@ from on_chip import wificnc
 from patience import HANG_S
 from wificnc.board.load import load_board
 from wificnc.errors import Exit
-from wificnc.sim.run import SimOptions, simulate
+from wificnc.simulator.run import SimOptions, simulate
 from wificnc_chips import greet, has_slirp
 from wificnc_chips.esp32 import EspMachine, load_image
 from xtensa import windows

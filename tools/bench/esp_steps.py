@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 from wificnc.build.esp32 import configuration_lines
-from wificnc.sim.run import SimOptions, simulate
+from wificnc.simulator.run import SimOptions, simulate
 from wificnc_chips.esp32 import CPU_HZ, Chip, Core, Level, VirtualChip
 from xtensa import windows
 from xtensa.toolchain import NoToolchainError, find_toolchain

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 from wificnc.board.load import load_board
 from wificnc.build.mips import COMPILER
-from wificnc.serve.options import Address, ServeOptions
-from wificnc.serve.server import Server
-from wificnc.sim.run import SimOptions, simulate
+from wificnc.simulator.run import SimOptions, simulate
+from wificnc.simulator.serve.options import Address, ServeOptions
+from wificnc.simulator.serve.server import Server
 from wificnc_chips.pic32mz import ESTIMATE, VirtualChip, board_image, motor_wire, pin_number, wired_chip
 
 METHOD = """

@@ -15,8 +15,8 @@ import numpy as np
 from wificnc.board.load import load_board
 from wificnc.build.checkout import checkout_root
 from wificnc.linuxcnc.source import FILE_NAME, PROGRAM, build_command, component_source
-from wificnc.serve.options import ServeOptions
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.options import ServeOptions
+from wificnc.simulator.serve.server import Server
 
 from bench.halrun import isolated
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from wificnc.machine import Machine, load_machine
+from wificnc.profile import Machine, load_machine
 
 from bench.jobs import write_jobs
 from bench.measure import BUILD, ROOT, Figure, build_driver, counters, has_valgrind, planning, profile_job

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import mips.count
 import xtensa_programs.count
-from wificnc.machine import load_machine
+from wificnc.profile import load_machine
 from wificnc_chips.esp32 import Chip
 
 from bench.callgrind import Profile

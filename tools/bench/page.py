@@ -18,9 +18,9 @@ from typing import Any
 
 from playwright.sync_api import CDPSession, Page, sync_playwright
 from wificnc.board.load import load_board
-from wificnc.serve.options import Address, ServeOptions
-from wificnc.serve.page import About, PageServer
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.options import Address, ServeOptions
+from wificnc.simulator.serve.page import About, PageServer
+from wificnc.simulator.serve.server import Server
 
 from web.build import build_page
 

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from wificnc.board.load import load_board
-from wificnc.serve.options import Address, ServeOptions
-from wificnc.serve.server import Server
+from wificnc.simulator.serve.options import Address, ServeOptions
+from wificnc.simulator.serve.server import Server
 
 from bench.streams import Door, StreamError, pour, program, rest_mm
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from wificnc.board.load import load_board
 from wificnc.errors import UserError
-from wificnc.sim.run import SimOptions
+from wificnc.simulator.run import SimOptions
 from wificnc_chips import ChipResult, Pace, run_on_chip
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -16,7 +16,7 @@ from mips.count import FLAGS, FUNCTION
 from mips.emulate import PROCESSOR, QEMU, compile_files
 from wificnc.build.host import build_program
 from wificnc.build.mips import COMPILER
-from wificnc.protocol.vfd import load_vfds
+from wificnc.tables.vfd import load_vfds
 from wificnc_chips.esp32 import CPU_HZ, Chip, Cpu, VirtualChip
 from xtensa.toolchain import find_toolchain
 from xtensa_programs import bare

@@ -9,11 +9,11 @@ import textwrap
 from contextlib import ExitStack
 
 from wificnc.board.load import load_board
-from wificnc.serve.options import ServeOptions
-from wificnc.serve.server import Server
-from wificnc.wmc3.device import Device
-from wificnc.wmc3.layout import Jog, JogStop
-from wificnc.wmc3.measure import measure_reports, measure_trips, method
+from wificnc.connection.wmc3.device import Device
+from wificnc.connection.wmc3.layout import Jog, JogStop
+from wificnc.connection.wmc3.measure import measure_reports, measure_trips, method
+from wificnc.simulator.serve.options import ServeOptions
+from wificnc.simulator.serve.server import Server
 
 # the ports are fixed: every run has an address of its own
 ADDRESS = f"127.59.{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}"

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from wificnc.board.labels import notes, pin_rows
 from wificnc.board.model import Board
-from wificnc.flash.device import BOOT_HINT
-from wificnc.flash.uhb import VENDOR
+from wificnc.firmware.flash.device import BOOT_HINT
+from wificnc.firmware.flash.uhb import VENDOR
 
 from generate.install import download_text, install_lines
 from generate.markdown import table_text

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from wificnc.protocol.table import Choice, parse_settings
+from wificnc.tables.settings import Choice, parse_settings
 
 from generate.files import with_region
 from generate.markdown import table_text

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from wificnc.board.header import OUTPUT_SIGNALS, signal_groups
-from wificnc.protocol.nvs import NvsTable, parse_nvs
+from wificnc.tables.nvs import NvsTable, parse_nvs
 
 SOURCE = "protocol/nvs.toml"
 

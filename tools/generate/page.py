@@ -1,7 +1,7 @@
 """The tables that the web page is built with.
 
 tables.json, boards.json and machines.json come from protocol/*.toml, boards/*.toml, targets/*/pins*.toml,
-examples/machines/*.toml, core/gcode/status.h, cli/wificnc/sim/look.py, cli/wificnc/machine/model.py and
+examples/machines/*.toml, core/gcode/status.h, cli/wificnc/simulator/look.py, cli/wificnc/profile/model.py and
 targets/esp32/partitions.csv; edit those.
 """
 
@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from wificnc.board.model import Board
-from wificnc.flash.plan import read_partitions
+from wificnc.firmware.flash.plan import read_partitions
 
 from generate.page_machines import machine_tables
 from generate.page_tables import board_tables, page_tables

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Any
 
 from pydantic import BaseModel
-from wificnc.machine.load import find_machines, load_machine
-from wificnc.machine.model import HOMING_ORDER, KINEMATICS, LinearAxis, Machine, RotaryAxis, Second
+from wificnc.profile.load import find_machines, load_machine
+from wificnc.profile.model import HOMING_ORDER, KINEMATICS, LinearAxis, Machine, RotaryAxis, Second
 
 Json = dict[str, Any]
 

@@ -17,13 +17,13 @@ from wificnc.board.model import Board, Role, Use
 from wificnc.board.picture import ROLE_COLOURS
 from wificnc.board.rules import pin_findings
 from wificnc.board.wire import InputWire, OutputWire
-from wificnc.flash.plan import Partition
-from wificnc.link import realtime
-from wificnc.nvs.values import NAMESPACE
-from wificnc.protocol import AXES, load_settings
-from wificnc.protocol.nvs import PIN_NONE, load_nvs
-from wificnc.serve.options import board_numbers
-from wificnc.sim.look import look_table
+from wificnc.connection import realtime
+from wificnc.firmware.flash.plan import Partition
+from wificnc.firmware.nvs.values import NAMESPACE
+from wificnc.simulator.look import look_table
+from wificnc.simulator.serve.options import board_numbers
+from wificnc.tables import AXES, load_settings
+from wificnc.tables.nvs import PIN_NONE, load_nvs
 
 from generate.nvs import is_output
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import jinja2
-from wificnc.protocol.table import AXES, EFFECTS, Setting, parse_settings, status_codes
+from wificnc.tables.settings import AXES, EFFECTS, Setting, parse_settings, status_codes
 
 SOURCE = "protocol/settings.toml"
 STATUS_HEADER = "core/gcode/status.h"

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Literal
 
 from pydantic import BaseModel, ConfigDict, Field
-from wificnc.checked.paths import ROOT
+from wificnc.files.paths import ROOT
 
 if sys.version_info >= (3, 11):
     import tomllib

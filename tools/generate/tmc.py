@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from wificnc.protocol.tmc import TmcTable, parse_tmcs
+from wificnc.tables.tmc import TmcTable, parse_tmcs
 
 from generate.files import Texts
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from wificnc.protocol.vfd import ANY, OWN, PARITIES, VALUE, Vfd, VfdFrame, parse_vfds
+from wificnc.tables.vfd import ANY, OWN, PARITIES, VALUE, Vfd, VfdFrame, parse_vfds
 
 from generate.files import with_region
 from generate.markdown import table_text

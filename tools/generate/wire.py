@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from wificnc.protocol.nvs import parse_nvs
-from wificnc.protocol.table import parse_settings
+from wificnc.tables.nvs import parse_nvs
+from wificnc.tables.settings import parse_settings
 
 from generate.examples import framed, parse_examples
 from generate.nvs import SOURCE as NVS_SOURCE
@@ -26,9 +26,9 @@ OUTPUTS = {
     "core/session/keys_gen.c": "wire_keys.c.j2",
     "core/device/device_gen.h": "device_gen.h.j2",
     "linuxcnc/words_gen.h": "wire_words.h.j2",
-    "cli/wificnc/wmc3/layout.py": "wire_layout.py.j2",
-    "cli/wificnc/wmc3/keys.py": "wire_keys.py.j2",
-    "cli/wificnc/wmc3/remedies.py": "wire_remedies.py.j2",
+    "cli/wificnc/connection/wmc3/layout.py": "wire_layout.py.j2",
+    "cli/wificnc/connection/wmc3/keys.py": "wire_keys.py.j2",
+    "cli/wificnc/connection/wmc3/remedies.py": "wire_remedies.py.j2",
     "docs/protocol.md": "protocol.md.j2",
 }
 C_TYPES = {"u8": "uint8_t", "u16": "uint16_t", "u32": "uint32_t", "i8": "int8_t", "i32": "int32_t", "char": "char"}

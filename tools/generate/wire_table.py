@@ -8,8 +8,8 @@ from itertools import pairwise
 from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field, model_validator
-from wificnc.protocol.nvs import NvsTable
-from wificnc.protocol.table import Convert, SettingsTable
+from wificnc.tables.nvs import NvsTable
+from wificnc.tables.settings import Convert, SettingsTable
 
 if sys.version_info >= (3, 11):
     import tomllib

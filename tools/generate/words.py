@@ -15,7 +15,7 @@ from wificnc.errors import EXIT_WORDS
 
 SOURCE = "core/gcode/status.h"
 ALARMS_SOURCE = "core/machine/alarms.def"
-OUTPUT = "cli/wificnc/link/words.py"
+OUTPUT = "cli/wificnc/connection/words.py"
 PAGE = "docs/errors.md"
 ROW = re.compile(r'\bX\((\d+), [A-Z0-9_]+,[\s\\]+("(?:[^"\\]|\\.)*")\)')
 

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from wificnc.protocol.table import SettingsTable, load_settings
+from wificnc.tables.settings import SettingsTable, load_settings
 
 from lint.problem import Problem, source_files
 

@@ -14,7 +14,7 @@ from wificnc.board.header import pin_header_text
 from wificnc.board.load import find_boards, load_board
 from wificnc.board.model import Board
 from wificnc.build.esp32 import CONFIGURATION, Kind, configuration_lines
-from wificnc.web.embed import page_header_text
+from wificnc.firmware.page_header import page_header_text
 
 from xtensa.toolchain import LIBC_HEADERS
 

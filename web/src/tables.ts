@@ -117,7 +117,7 @@ export type HostField =
 
 export type RealtimeName = keyof typeof raw.realtime;
 
-/** How a path is drawn: cli/wificnc/sim/look.py. */
+/** How a path is drawn: cli/wificnc/simulator/look.py. */
 export interface Look {
   speed: { light: string[]; dark: string[]; levels: number };
   rapid: { light: string; dark: string; width: number; dashes: number[] };

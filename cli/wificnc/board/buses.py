@@ -8,8 +8,8 @@ from pydantic import Field
 
 from wificnc.board.chip import Strict
 from wificnc.board.wire import InputWire, OutputWire
-from wificnc.checked.values import WholeChoice
-from wificnc.protocol.tmc import load_tmcs
+from wificnc.files.values import WholeChoice
+from wificnc.tables.tmc import load_tmcs
 
 
 class Ethernet(Strict):

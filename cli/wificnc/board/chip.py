@@ -10,8 +10,8 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Field
 
 from wificnc.board import paths
-from wificnc.checked.shape import validate
-from wificnc.checked.tomlfile import read_toml
+from wificnc.files.shape import validate
+from wificnc.files.tomlfile import read_toml
 
 Level = Literal["low", "high"]
 Pull = Literal["none", "up", "down"]

@@ -8,7 +8,7 @@ from wificnc.board.buses import Driver
 from wificnc.board.chip import Chip
 from wificnc.board.model import BoardFile
 from wificnc.board.shift_registers import pulse_engine
-from wificnc.checked.problem import Finding
+from wificnc.files.problem import Finding
 
 
 def drivers(board: BoardFile, chip: Chip) -> Iterator[Finding]:

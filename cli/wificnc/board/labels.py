@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from wificnc.board.chip import ChipPin
 from wificnc.board.model import AXIS_LETTERS, Board, Role, Use
-from wificnc.protocol import load_settings
+from wificnc.tables import load_settings
 
 _AXIS_WORDS = {"step": "step", "dir": "direction", "enable": "enable", "limit": "limit", "home": "home"}
 _WORDS = {

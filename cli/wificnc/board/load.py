@@ -9,11 +9,11 @@ from wificnc.board.chip import Chip, load_chips, text_sha256
 from wificnc.board.model import Board, BoardFile
 from wificnc.board.problem import BoardProblems
 from wificnc.board.rules import check_rules
-from wificnc.checked.problem import FileProblems, Finding, Problem
-from wificnc.checked.repair import concerns, repaired
-from wificnc.checked.shape import by_line, closest, locate, validate
-from wificnc.checked.tomlfile import TomlFile, read_toml
 from wificnc.errors import BoardError
+from wificnc.files.problem import FileProblems, Finding, Problem
+from wificnc.files.repair import concerns, repaired
+from wificnc.files.shape import by_line, closest, locate, validate
+from wificnc.files.tomlfile import TomlFile, read_toml
 
 
 def find_boards() -> list[Path]:

@@ -13,8 +13,8 @@ from pydantic import Field
 from wificnc.board.buses import Dial, DriverBus, Drivers, Ethernet, Pendant, Serial, SpindleBus
 from wificnc.board.chip import Chip, Level, LooseTuple, Pull, Strict
 from wificnc.board.wire import InputWire, OutputWire, Reason, Wire
-from wificnc.checked.problem import KeyPath, key_text
-from wificnc.checked.values import Text, WholeChoice, distinct, not_empty
+from wificnc.files.problem import KeyPath, key_text
+from wificnc.files.values import Text, WholeChoice, distinct, not_empty
 
 AXIS_LETTERS = "XYZABC"
 AXES_MAX = len(AXIS_LETTERS)

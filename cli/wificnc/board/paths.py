@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from wificnc.checked.paths import ROOT
 from wificnc.errors import UserError
+from wificnc.files.paths import ROOT
 
 BOARDS = ROOT / "boards"
 TARGETS = ROOT / "targets"

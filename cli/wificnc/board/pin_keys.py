@@ -13,8 +13,8 @@ from wificnc.board.chip import is_shifted
 from wificnc.board.model import AXIS_LETTERS, Board, Role, Use
 from wificnc.board.rules import ALLOWABLE, pin_findings
 from wificnc.board.wire import InputWire, OutputWire
-from wificnc.protocol.nvs import PIN_NONE, load_nvs
-from wificnc.wmc3.keys import KEYS
+from wificnc.connection.wmc3.keys import KEYS
+from wificnc.tables.nvs import PIN_NONE, load_nvs
 
 MASK_BITS = 64
 # A reason for one of these is about the pin; a reason for the others is about the signal that is there.

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from wificnc.checked.problem import Problem
 from wificnc.errors import BoardError
+from wificnc.files.problem import Problem
 
 # Every rule and what it protects. A problem of any other rule cannot be made; each has a file that breaks it in
 # tests/boards/invalid.

@@ -14,8 +14,8 @@ from wificnc.board.driver_rules import drivers
 from wificnc.board.model import AXES_MAX, AXIS_LETTERS, BoardFile, Led, Role, Timing, Use
 from wificnc.board.shift_registers import on_grid_ns, pulse_engine, shift_registers
 from wificnc.board.wire import OutputWire, Wire
-from wificnc.checked.problem import Finding, KeyPath, key_text
-from wificnc.checked.shape import closest, step_type
+from wificnc.files.problem import Finding, KeyPath, key_text
+from wificnc.files.shape import closest, step_type
 
 NS_PER_S = 1_000_000_000
 SPARE_EVENTS_HZ = 500  # a segment takes 2 ms or more

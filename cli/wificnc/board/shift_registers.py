@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from wificnc.board.chip import Chip, SpiWords, is_shifted, load_chips
 from wificnc.board.model import BoardFile, Role, Use
-from wificnc.checked.problem import Finding
+from wificnc.files.problem import Finding
 
 # What no word of a few microseconds can make, or what a task has to move more often than it looks at the registers.
 NEEDS_A_PIN = ("spindle_pwm", "servo", "led", "charge_pump")

@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar
 from pydantic import Field, model_validator
 
 from wificnc.board.chip import Level, Pull, Strict
-from wificnc.checked.values import Text
+from wificnc.files.values import Text
 
 Reason = Annotated[Text, Field(min_length=10)]
 

@@ -1,1 +1,1 @@
-"""Builds: the host controller from a checkout, and later the images of the boards."""
+"""Builds: the core as a library for this computer, and the firmware of the boards."""

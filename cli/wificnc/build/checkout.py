@@ -15,8 +15,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from wificnc import __version__
-from wificnc.checked import paths
 from wificnc.errors import BuildError
+from wificnc.files import paths
 
 NO_SOURCES = "the controller's C sources are missing, and builds need them"
 INSTALL_HINT = "install wificnc again; or git clone the WiFiCNC repository, then run `pip install -e .` in it"

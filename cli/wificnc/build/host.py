@@ -22,8 +22,8 @@ from wificnc.build.lock import build_lock
 from wificnc.build.native import carried_library
 from wificnc.build.objects import Unit, compile_stale, failure, is_older, put_in_place
 from wificnc.build.platforms import System, sources_of, this_system
-from wificnc.checked.jsonfile import read_json
 from wificnc.errors import BuildError
+from wificnc.files.jsonfile import read_json
 
 FOLDERS = ("core", "targets/net", "targets/pc", "targets/sim")  # sources
 HEADERS = (*FOLDERS, "targets/chip")  # where headers are looked for; of the last one: task_periods.h

@@ -8,7 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from wificnc.build.platforms import System, this_system
-from wificnc.checked import paths
+from wificnc.files import paths
 
 SERVER = "wificnc-serve"
 

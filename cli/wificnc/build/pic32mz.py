@@ -23,7 +23,7 @@ from wificnc.build.image import elf_symbols, read_elf, write_hex
 from wificnc.build.lock import build_lock
 from wificnc.build.mips import Choice, MipsCompiler, find_compiler, include_flags
 from wificnc.build.objects import Unit, compile_stale, failure, is_older
-from wificnc.checked.jsonfile import read_json
+from wificnc.files.jsonfile import read_json
 
 FOLDERS = ("core", "targets/chip", "targets/pic32mz")  # sources, and where headers are looked for
 LINKER_SCRIPT = Path("targets/pic32mz/chip/pic32mz.ld")

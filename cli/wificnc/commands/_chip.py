@@ -12,8 +12,8 @@ from typing import TypeVar
 import rich_click as click
 
 from wificnc import __version__
-from wificnc.checked import paths
 from wificnc.errors import UserError
+from wificnc.files import paths
 
 INSTALL = "pip install 'wificnc[chips]'"
 INSTALL_IN_CHECKOUT = "pip install -e emulators"

@@ -10,8 +10,8 @@ import rich_click as click
 from rich.progress import BarColumn, DownloadColumn, Progress, TextColumn
 
 from wificnc import ui
-from wificnc.flash.device import Device, open_device
-from wificnc.flash.ports import choose_port, usb_ports
+from wificnc.firmware.flash.device import Device, open_device
+from wificnc.firmware.flash.ports import choose_port, usb_ports
 
 port_option = click.option(
     "--port", envvar="WIFICNC_PORT", show_envvar=True, metavar="PORT",

@@ -12,7 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from wificnc import ui
 from wificnc.job.expand import LINES_MAX
-from wificnc.sim.job import Progress as OnProgress
+from wificnc.simulator.job import Progress as OnProgress
 
 max_lines_option = click.option(
     "--max-lines", type=click.IntRange(min=1, max=2**32 - 1), default=LINES_MAX, show_default=True, metavar="N",

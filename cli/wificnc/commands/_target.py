@@ -8,9 +8,9 @@ from typing import Any, TypeVar
 
 import rich_click as click
 
-from wificnc.link.access import KEY_VARIABLE
-from wificnc.link.client import Target
-from wificnc.link.port import BOARD_PORT, SERVE_PORT
+from wificnc.connection.access import KEY_VARIABLE
+from wificnc.connection.client import Target
+from wificnc.connection.port import BOARD_PORT, SERVE_PORT
 
 FunctionT = TypeVar("FunctionT", bound=Callable[..., Any])
 

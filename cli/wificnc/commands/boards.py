@@ -12,20 +12,20 @@ from rich.table import Column, Table
 
 from wificnc import ui
 from wificnc.board.abilities import lack_lines, lacks
+from wificnc.board.fluidnc.convert import Imported, import_fluidnc
+from wificnc.board.fluidnc.remarks import Kind
 from wificnc.board.labels import PinRow, notes, pin_rows, spare_drivers_text
 from wificnc.board.load import check_board, find_boards, load_board
 from wificnc.board.model import Board
 from wificnc.board.picture import ROLE_COLOURS, save_picture
 from wificnc.board.rules import pulse_rate_hz
 from wificnc.board.shift_registers import words_text
-from wificnc.checked.problem import Problem
 from wificnc.commands._output import OutputFile
 from wificnc.commands._target import json_option
 from wificnc.errors import Exit, UserError
-from wificnc.fluidnc.convert import Imported, import_fluidnc
-from wificnc.fluidnc.remarks import Kind
-from wificnc.machine import check_machine
+from wificnc.files.problem import Problem
 from wificnc.output import write_output
+from wificnc.profile import check_machine
 
 COLUMNS = ("board", "axes", "steps/s", "network")  # in one line, so that an id can be copied
 WIDE_LIST = 110  # characters of a terminal that leave enough for a column of what boards are for

@@ -9,13 +9,13 @@ from rich.markup import escape
 from rich.table import Table
 
 from wificnc import ui
-from wificnc.check.finding import Finding, Severity
-from wificnc.check.report import EXTENT_COLUMNS, extent_rows, finding_line, report_json
-from wificnc.check.run import CheckOptions, CheckReport, check_job
 from wificnc.commands._program import max_lines_option, progress_bar
 from wificnc.commands._target import json_option
 from wificnc.errors import Exit
-from wificnc.sim.report import duration
+from wificnc.simulator.check.finding import Finding, Severity
+from wificnc.simulator.check.report import EXTENT_COLUMNS, extent_rows, finding_line, report_json
+from wificnc.simulator.check.run import CheckOptions, CheckReport, check_job
+from wificnc.simulator.report import duration
 
 SHOWN = {Severity.ERROR: 20, Severity.WARNING: 20, Severity.NOTE: 5}
 COLOURS = {Severity.ERROR: "bold red", Severity.WARNING: "bold yellow", Severity.NOTE: "dim"}

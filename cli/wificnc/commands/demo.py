@@ -9,9 +9,9 @@ import rich_click as click
 
 from wificnc import ui
 from wificnc.build.checkout import find_checkout
-from wificnc.checked import paths
 from wificnc.commands import sim
 from wificnc.commands._output import OutputFile
+from wificnc.files import paths
 
 JOB = paths.ROOT / "examples" / "inlay.nc"
 MACHINE = "shapeoko3"

@@ -11,8 +11,8 @@ from wificnc import ui
 from wificnc.commands._finite import FiniteRange
 from wificnc.commands._qr import show_qr
 from wificnc.commands._target import json_option
+from wificnc.connection.discover import discover
 from wificnc.errors import Exit
-from wificnc.link.discover import discover
 
 
 @click.command()

@@ -13,11 +13,11 @@ from rich.table import Table
 from wificnc import ui
 from wificnc.commands._target import controller_option, json_option
 from wificnc.commands.settings import apply, change_json, ready, show_changes
+from wificnc.connection.client import Client, Target, connected
+from wificnc.connection.drivers import WARNINGS, Driver, number_of, parse_driver, scaled_steps, settings_axis
+from wificnc.connection.settings import Change, Values, differences, name_of, out_of_range, sending_order
 from wificnc.errors import JobError, RefusedError, UserError
-from wificnc.link.client import Client, Target, connected
-from wificnc.link.drivers import WARNINGS, Driver, number_of, parse_driver, scaled_steps, settings_axis
-from wificnc.link.settings import Change, Values, differences, name_of, out_of_range, sending_order
-from wificnc.protocol import load_settings
+from wificnc.tables import load_settings
 
 WRITTEN_S = 5.0  # a driver that answers has its registers within a second
 LOOK_S = 0.1

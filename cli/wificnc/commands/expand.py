@@ -23,10 +23,10 @@ from wificnc.job.program import (
 )
 from wificnc.job.refusal import refusal_hint
 from wificnc.output import STDOUT, write_output
-from wificnc.sim.job import read_job
-from wificnc.sim.native import load_library
-from wificnc.sim.refused import refused_lines
-from wificnc.sim.run import board_timing
+from wificnc.simulator.job import read_job
+from wificnc.simulator.library import load_library
+from wificnc.simulator.refused import refused_lines
+from wificnc.simulator.run import board_timing
 
 
 @click.command()

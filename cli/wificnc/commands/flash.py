@@ -23,12 +23,13 @@ from wificnc.commands._port import connected, port_option, progress_bars
 from wificnc.commands._secret import READ, Secret
 from wificnc.commands._target import json_option
 from wificnc.commands._together import refuse_given
+from wificnc.connection.target import host_and_port
 from wificnc.errors import BuildError, FlashError, UserError
-from wificnc.flash.find import firmware_folder
-from wificnc.flash.ota import PORT as OTA_PORT
-from wificnc.flash.ota import Hello, Signed, greeted
-from wificnc.flash.pic32mz import OWN, RUNNERS, is_own, plan_flash, read_image, run_flash
-from wificnc.flash.plan import (
+from wificnc.firmware.flash.find import firmware_folder
+from wificnc.firmware.flash.ota import PORT as OTA_PORT
+from wificnc.firmware.flash.ota import Hello, Signed, greeted
+from wificnc.firmware.flash.pic32mz import OWN, RUNNERS, is_own, plan_flash, read_image, run_flash
+from wificnc.firmware.flash.plan import (
     Chip,
     Partition,
     Region,
@@ -37,10 +38,9 @@ from wificnc.flash.plan import (
     load_regions,
     read_partitions,
 )
-from wificnc.flash.reach import RESTART_S, wait_until_kept
-from wificnc.flash.uhb import HidWire, Page, describe, plan_pages
-from wificnc.flash.uhb import flash as write_by_usb
-from wificnc.link.target import host_and_port
+from wificnc.firmware.flash.reach import RESTART_S, wait_until_kept
+from wificnc.firmware.flash.uhb import HidWire, Page, describe, plan_pages
+from wificnc.firmware.flash.uhb import flash as write_by_usb
 
 FASTEST_BAUD = 460800
 BANNER_S = 8.0  # its start, and WiFi's

@@ -7,9 +7,9 @@ import rich_click as click
 from wificnc import ui
 from wificnc.commands._target import controller_option, json_option
 from wificnc.commands.status import status_json
+from wificnc.connection import realtime
+from wificnc.connection.client import Client, Target, connected, expect_state
 from wificnc.keyboard import Keyboard
-from wificnc.link import realtime
-from wificnc.link.client import Client, Target, connected, expect_state
 from wificnc.live import place
 
 HOMING_S = 60.0  # of silence: Grbl reports nothing while it homes

@@ -9,10 +9,10 @@ from wificnc.commands._finite import FiniteRange
 from wificnc.commands._target import controller_option, json_option
 from wificnc.commands._words import some_axes
 from wificnc.commands.status import status_json
+from wificnc.connection import realtime
+from wificnc.connection.client import Target, connected, expect_state
+from wificnc.connection.rest import wait_rest
 from wificnc.keyboard import Keyboard
-from wificnc.link import realtime
-from wificnc.link.client import Target, connected, expect_state
-from wificnc.link.rest import wait_rest
 from wificnc.live import place
 
 

@@ -12,17 +12,17 @@ from pathlib import Path
 import rich_click as click
 
 from wificnc import ui
-from wificnc.checked import paths
 from wificnc.commands._output import OutputFolder
 from wificnc.commands._secret import READ, Secret
 from wificnc.commands._target import json_option
+from wificnc.connection.wmc3.device import Device, find_devices
 from wificnc.errors import UserError
+from wificnc.files import paths
 from wificnc.linuxcnc import halcompile
 from wificnc.linuxcnc.config import KEY_FILE, files
 from wificnc.linuxcnc.source import FILE_NAME, PROGRAM, build_command, component_source, is_component
-from wificnc.machine import load_machine
 from wificnc.output import STDOUT, why_not_writable, write_output, write_stdout
-from wificnc.wmc3.device import Device, find_devices
+from wificnc.profile import load_machine
 
 FIND_S = 2.0
 ADDRESS = re.compile(r"^\[WIFICNC\](?:\n(?!\[).*)*?\nADDRESS\s*=\s*(\S+)", re.MULTILINE)

@@ -13,9 +13,9 @@ import rich_click as click
 from wificnc import ui
 from wificnc.commands._secret import READ, Secret
 from wificnc.commands._target import json_option
+from wificnc.connection.target import NetworkTarget, parse_target
+from wificnc.connection.transport import SEND_TIMEOUT_S, Transport, open_transport
 from wificnc.errors import LinkError, RefusedError, UserError
-from wificnc.link.target import NetworkTarget, parse_target
-from wificnc.link.transport import SEND_TIMEOUT_S, Transport, open_transport
 
 SPANS = ("day", "always", "no")
 TRUST = re.compile(r"\[TRUST:(\d),([0-9a-f.:]+),(always|\d+)\]")

@@ -15,13 +15,13 @@ import rich_click as click
 from wificnc import ui
 from wificnc.build.esp32 import core_directory
 from wificnc.commands._target import target_option
+from wificnc.connection.backtrace import Decoder, find_tool
+from wificnc.connection.client import ANSWER_S
+from wificnc.connection.grbl import Error, LineSplitter, Ok, parse
+from wificnc.connection.transport import Transport, open_transport
+from wificnc.connection.typed import typed_line
 from wificnc.console import ConsoleKeys, allow_escapes
 from wificnc.errors import LinkError, UserError
-from wificnc.link.backtrace import Decoder, find_tool
-from wificnc.link.client import ANSWER_S
-from wificnc.link.protocol import Error, LineSplitter, Ok, parse
-from wificnc.link.transport import Transport, open_transport
-from wificnc.link.typed import typed_line
 
 REALTIME = frozenset("!~?\x18")
 GONE = "\x04"

@@ -10,7 +10,6 @@ from rich.table import Table
 
 from wificnc import ui
 from wificnc.board.model import Board
-from wificnc.checked.bounded import IMAGE_MAX, read_bytes
 from wificnc.commands._output import OutputFile
 from wificnc.commands._port import connected, port_option, progress_bars
 from wificnc.commands._secret import ASKED, Secret
@@ -18,13 +17,12 @@ from wificnc.commands._target import json_option
 from wificnc.commands._together import refuse_given
 from wificnc.commands.flash import esp32_board, esp32_partitions
 from wificnc.errors import Exit, FlashError, UserError
-from wificnc.flash.plan import Chip, Region, check_model
-from wificnc.machine import load_machine
-from wificnc.machine.fit import check_fit
-from wificnc.nvs.build import build_image
-from wificnc.nvs.fit import check_chip_pins, check_pins, chips_that_fit
-from wificnc.nvs.image import Entry, NvsImage, read_image
-from wificnc.nvs.values import (
+from wificnc.files.bounded import IMAGE_MAX, read_bytes
+from wificnc.firmware.flash.plan import Chip, Region, check_model
+from wificnc.firmware.nvs.build import build_image
+from wificnc.firmware.nvs.fit import check_chip_pins, check_pins, chips_that_fit
+from wificnc.firmware.nvs.image import Entry, NvsImage, read_image
+from wificnc.firmware.nvs.values import (
     differences,
     machine_entries,
     number_entry,
@@ -33,7 +31,9 @@ from wificnc.nvs.values import (
     text_entry,
 )
 from wificnc.output import STDOUT, write_output
-from wificnc.serve.options import parse_host_name
+from wificnc.profile import load_machine
+from wificnc.profile.fit import check_fit
+from wificnc.simulator.serve.options import parse_host_name
 
 secrets_option = click.option("--show-secrets", is_flag=True, help="Passwords in clear.")
 

@@ -10,8 +10,8 @@ from wificnc import ui
 from wificnc.board.header import write_if_changed
 from wificnc.commands._output import OutputFile
 from wificnc.errors import UserError
+from wificnc.firmware.page_header import EmbeddedFile, embedded_files, page_header_text
 from wificnc.output import STDOUT, write_stdout
-from wificnc.web.embed import EmbeddedFile, embedded_files, page_header_text
 
 
 @click.command()

@@ -12,13 +12,13 @@ from wificnc import ui
 from wificnc.commands._finite import FINITE, FiniteRange
 from wificnc.commands._target import controller_option, json_option, position_json
 from wificnc.commands._words import one_axis
+from wificnc.connection import realtime
+from wificnc.connection.client import Client, Target, connected, error_words, expect_state, unit_mm
+from wificnc.connection.grbl import ProbeResult, parse_probe
+from wificnc.connection.rest import wait_rest
 from wificnc.errors import Exit, JobError, RefusedError, UserError
 from wificnc.job.resume import number
 from wificnc.keyboard import Keyboard
-from wificnc.link import realtime
-from wificnc.link.client import Client, Target, connected, error_words, expect_state, unit_mm
-from wificnc.link.protocol import ProbeResult, parse_probe
-from wificnc.link.rest import wait_rest
 from wificnc.live import place
 
 PROBING_S = 60.0

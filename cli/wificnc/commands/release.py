@@ -15,9 +15,9 @@ from wificnc.build.platforms import PLATFORMS
 from wificnc.commands._output import OutputFolder
 from wificnc.commands._target import json_option
 from wificnc.errors import ReleaseError
-from wificnc.release.facts import firmware_boards, look, read_source
-from wificnc.release.plan import Plan, plan_release
-from wificnc.release.run import check_output, has_page, make_release
+from wificnc.firmware.release.facts import firmware_boards, look, read_source
+from wificnc.firmware.release.plan import Plan, plan_release
+from wificnc.firmware.release.run import check_output, has_page, make_release
 
 ALL, NONE = "all", "none"
 

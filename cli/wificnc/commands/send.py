@@ -19,19 +19,19 @@ from wificnc.commands._finite import FINITE, FiniteRange
 from wificnc.commands._program import max_lines_option
 from wificnc.commands._target import controller_option, json_option, position_json
 from wificnc.commands._together import refuse_given
+from wificnc.connection.client import Client, Target, connected, expect_state, unit_mm
 from wificnc.errors import BuildError, Exit, JobError, UserError
-from wificnc.job.estimate import Estimate
 from wificnc.job.expand import Start, expand, load_expand, needs_expansion
 from wificnc.job.fate import RESUMABLE, fate_lines, restart_words, wanted_line
-from wificnc.job.native import load_rebuild
 from wificnc.job.program import JobLine, Program, expanded_program, longest_line, read_program, ready, words_of
+from wificnc.job.rebuild import load_rebuild
 from wificnc.job.resume import Approach, MachineFacts, Resume, modes_of, plan_resume
 from wificnc.job.run import End, JobRun, Outcome, RunOptions
 from wificnc.keyboard import Keyboard
-from wificnc.link.client import Client, Target, connected, expect_state, unit_mm
 from wificnc.live import JobDisplay, clock, final_position
-from wificnc.sim.job import read_job
-from wificnc.sim.native import load_library
+from wificnc.simulator.estimate import Estimate
+from wificnc.simulator.job import read_job
+from wificnc.simulator.library import load_library
 
 FOR_A_RESUME = ("start_id", "began", "safe_z", "spindle_wait", "plunge_feed", "yes")
 MODES_OF_RESET = ("G54", "G17", "G21", "G90", "G91.1", "G94")

@@ -17,10 +17,11 @@ from wificnc.board.load import load_board
 from wificnc.board.model import Board
 from wificnc.commands._chip import chip_image, on_chip_option, require_chips
 from wificnc.commands._secret import ASKED, Secret
+from wificnc.connection.access import KEY_MAX, make_key, normal_key
 from wificnc.errors import ServeError, UserError
-from wificnc.link.access import KEY_MAX, make_key, normal_key
-from wificnc.machine import Machine, load_machine
-from wificnc.serve.options import (
+from wificnc.profile import Machine, load_machine
+from wificnc.simulator.run import check_axes, parse_setting
+from wificnc.simulator.serve.options import (
     DEFAULT_HTTP_PORT,
     DEFAULT_TCP,
     Address,
@@ -32,9 +33,8 @@ from wificnc.serve.options import (
     parse_speed,
     parse_wmc3,
 )
-from wificnc.serve.page import About, PageServer, page_folder
-from wificnc.serve.server import ClientEvent, Server
-from wificnc.sim.run import check_axes, parse_setting
+from wificnc.simulator.serve.page import About, PageServer, page_folder
+from wificnc.simulator.serve.server import ClientEvent, Server
 
 if TYPE_CHECKING:
     from wificnc_chips import ChipServer

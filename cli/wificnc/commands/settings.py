@@ -13,14 +13,11 @@ from rich.markup import escape
 from rich.table import Table
 
 from wificnc import ui
-from wificnc.checked.bounded import SMALL_MAX, read_text
-from wificnc.checked.tomlfile import read_toml
 from wificnc.commands._output import OutputFile
 from wificnc.commands._target import controller_option, json_option
 from wificnc.commands._together import refuse_given
-from wificnc.errors import Exit, JobError, RefusedError, UserError
-from wificnc.link.client import Client, Target, connected, error_words, expect_state
-from wificnc.link.settings import (
+from wificnc.connection.client import Client, Target, connected, error_words, expect_state
+from wificnc.connection.settings import (
     Change,
     Values,
     assignment,
@@ -35,9 +32,12 @@ from wificnc.link.settings import (
     read_file,
     sending_order,
 )
-from wificnc.link.target import is_target
-from wificnc.machine.load import load_machine
+from wificnc.connection.target import is_target
+from wificnc.errors import Exit, JobError, RefusedError, UserError
+from wificnc.files.bounded import SMALL_MAX, read_text
+from wificnc.files.tomlfile import read_toml
 from wificnc.output import STDOUT, write_output
+from wificnc.profile.load import load_machine
 
 CONTROLLER = "controller"
 WIDE = 140  # columns of a terminal that has room for what a setting does

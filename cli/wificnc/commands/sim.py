@@ -16,12 +16,12 @@ from wificnc.commands._finite import FiniteRange
 from wificnc.commands._output import OutputFile
 from wificnc.commands._program import max_lines_option, progress_bar
 from wificnc.errors import Exit, UserError
-from wificnc.machine import load_machine
 from wificnc.output import STDOUT
-from wificnc.protocol import load_settings
-from wificnc.sim.job import SimResult
-from wificnc.sim.report import AXIS_COLUMNS, axis_rows, error_line, laser_warning, report_json, summary_rows
-from wificnc.sim.run import SimOptions, check_axes, parse_setting, simulate
+from wificnc.profile import load_machine
+from wificnc.simulator.job import SimResult
+from wificnc.simulator.report import AXIS_COLUMNS, axis_rows, error_line, laser_warning, report_json, summary_rows
+from wificnc.simulator.run import SimOptions, check_axes, parse_setting, simulate
+from wificnc.tables import load_settings
 
 if TYPE_CHECKING:
     from wificnc_chips import ChipResult

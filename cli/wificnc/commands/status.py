@@ -10,9 +10,9 @@ from rich.table import Table
 
 from wificnc import ui
 from wificnc.commands._target import json_option, position_json, target_option
-from wificnc.link.client import Snapshot, connected
-from wificnc.link.condition import Condition
-from wificnc.link.protocol import Status
+from wificnc.connection.client import Snapshot, connected
+from wificnc.connection.condition import Condition
+from wificnc.connection.grbl import Status
 from wificnc.live import STATE_STYLES, place
 
 PINS = {

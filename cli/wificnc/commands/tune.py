@@ -19,11 +19,11 @@ from wificnc.commands._output import OutputFile
 from wificnc.commands._program import max_lines_option, progress_bar
 from wificnc.commands._target import json_option
 from wificnc.commands.settings import apply, ready, show_changes
+from wificnc.connection.client import Target
+from wificnc.connection.settings import Change, differences, name_of
 from wificnc.errors import UserError
-from wificnc.link.client import Target
-from wificnc.link.settings import Change, differences, name_of
 from wificnc.output import STDOUT, check_suffix, write_output
-from wificnc.protocol import load_settings
+from wificnc.tables import load_settings
 from wificnc.tune.choice import (
     ACCELERATION_MM_S2,
     SPREAD,

@@ -7,11 +7,11 @@ import rich_click as click
 from wificnc import ui
 from wificnc.commands._target import controller_option, json_option
 from wificnc.commands.status import status_json
+from wificnc.connection import realtime
+from wificnc.connection.client import TAKE_OVER, Client, Target, connected, who_commands
+from wificnc.connection.grbl import Banner
+from wificnc.connection.transport import open_transport
 from wificnc.errors import LinkError, RefusedError
-from wificnc.link import realtime
-from wificnc.link.client import TAKE_OVER, Client, Target, connected, who_commands
-from wificnc.link.protocol import Banner
-from wificnc.link.transport import open_transport
 
 BANNER_S = 5.0
 HELD = ("Hold", "Tool", "Door", "Sleep")  # no line is read, and `$X` does not end it

@@ -13,10 +13,10 @@ from wificnc.commands._secret import READ, Secret
 from wificnc.commands._target import json_option
 from wificnc.commands.flash import esp32_partitions
 from wificnc.errors import FlashError
-from wificnc.flash.plan import Region
-from wificnc.nvs.build import build_image
-from wificnc.nvs.image import NvsImage, read_image
-from wificnc.nvs.values import NAMESPACE, merged, text_entry, without
+from wificnc.firmware.flash.plan import Region
+from wificnc.firmware.nvs.build import build_image
+from wificnc.firmware.nvs.image import NvsImage, read_image
+from wificnc.firmware.nvs.values import NAMESPACE, merged, text_entry, without
 
 
 @click.group()

@@ -16,8 +16,7 @@ from wificnc import ui
 from wificnc.commands._finite import FiniteRange
 from wificnc.commands._secret import ASKED, Secret
 from wificnc.commands._target import json_option
-from wificnc.errors import Exit, UserError
-from wificnc.wmc3.channels import (
+from wificnc.connection.wmc3.channels import (
     MODULE_MODE,
     NO_PIN,
     Change,
@@ -27,9 +26,9 @@ from wificnc.wmc3.channels import (
     read_channels,
     switch,
 )
-from wificnc.wmc3.device import Device, find_devices, find_key, pack_value, value_hint
-from wificnc.wmc3.keys import KEYS, Key
-from wificnc.wmc3.layout import (
+from wificnc.connection.wmc3.device import Device, find_devices, find_key, pack_value, value_hint
+from wificnc.connection.wmc3.keys import KEYS, Key
+from wificnc.connection.wmc3.layout import (
     Alarm,
     Capability,
     Estop,
@@ -46,8 +45,9 @@ from wificnc.wmc3.layout import (
     Status,
     StatusFlag,
 )  # fmt: skip
-from wificnc.wmc3.measure import measure_reports, measure_trips, method
-from wificnc.wmc3.stream import StreamSender
+from wificnc.connection.wmc3.measure import measure_reports, measure_trips, method
+from wificnc.connection.wmc3.stream import StreamSender
+from wificnc.errors import Exit, UserError
 
 AXES = "XYZABC"
 SLICE_S = 0.01

@@ -8,11 +8,11 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 from pathlib import Path
 
+from wificnc.connection.words import ERRORS
 from wificnc.errors import BuildError, JobError
 from wificnc.job.ending import Ending
-from wificnc.job.native import ProgramEnd
+from wificnc.job.rebuild import ProgramEnd
 from wificnc.job.refusal import refusal_hint
-from wificnc.link.words import ERRORS
 
 LINES_MAX = 1_000_000  # executed lines, before a program counts as endless
 MACHINE_ONLY = 129

@@ -12,11 +12,11 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
 
+from wificnc.connection.typed import NOT_IN_A_COMMENT, kept_comment
 from wificnc.errors import JobError
 from wificnc.job.ending import MARK, Ending
 from wificnc.job.expand import Expanded
 from wificnc.job.shown import Written, as_written
-from wificnc.link.typed import NOT_IN_A_COMMENT, kept_comment
 
 WORD = re.compile(r"([A-Z])([-+]?[0-9]*\.?[0-9]*)")
 CODE_CHARACTERS = frozenset(range(0x21, 0x7F)) - set(b"!?~")

@@ -16,10 +16,10 @@ import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 
+from wificnc.connection.client import error_words
 from wificnc.errors import JobError
-from wificnc.job.native import AXES, ModalState, Rebuild
 from wificnc.job.program import JobLine, Program, words_of
-from wificnc.link.client import error_words
+from wificnc.job.rebuild import AXES, ModalState, Rebuild
 
 SPINDLE_WAIT_S = 4.0
 PLUNGE_MM_MIN = 200.0

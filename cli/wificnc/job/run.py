@@ -16,16 +16,15 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol
 
+from wificnc.connection import realtime
+from wificnc.connection.alarms import alarm_words
+from wificnc.connection.character_counting import Streamer
+from wificnc.connection.client import FALLBACK_RX_BYTES, POLL_EVERY_S, Client, Snapshot, error_words, who_commands
+from wificnc.connection.grbl import Alarm, Banner, Bracket, Error, Ok, Options, Status
+from wificnc.connection.rest import SILENCE_S, Rest
 from wificnc.errors import JobError, LinkError
-from wificnc.job.estimate import Estimate
 from wificnc.job.program import JobLine
 from wificnc.job.shown import Written
-from wificnc.link import realtime
-from wificnc.link.alarms import alarm_words
-from wificnc.link.client import FALLBACK_RX_BYTES, POLL_EVERY_S, Client, Snapshot, error_words, who_commands
-from wificnc.link.protocol import Alarm, Banner, Bracket, Error, Ok, Options, Status
-from wificnc.link.rest import SILENCE_S, Rest
-from wificnc.link.stream import Streamer
 
 STOP_S = 10.0  # a feed hold that takes longer than this is ended by a reset
 BANNER_S = 3.0
@@ -156,6 +155,17 @@ class Keys(Protocol):
         """Keys since the last call. Never waits."""
 
 
+class JobTimes(Protocol):
+    """How long the job takes, as far as it is known: simulator/estimate.py."""
+
+    @property
+    def total_s(self) -> float | None:
+        """Of the whole job; None = not known (yet)."""
+
+    def remaining_s(self, answered: int, since_s: float = 0.0) -> float | None:
+        """What is left, this long after so many lines were answered; None = not known (yet)."""
+
+
 @dataclass
 class RunOptions:
     """Of one run."""
@@ -163,7 +173,7 @@ class RunOptions:
     options: Options | None = None  # what $I said
     keep_going: bool = False
     check: bool = False  # check mode: nothing moves
-    estimate: Estimate | None = None
+    times: JobTimes | None = None
     numbered: bool = False  # the lines carry their numbers, so Ln: is the number of a line
     written: Written = str  # what a message about a comment is in the file
     preamble: int = 0  # lines at the beginning that must not fail, --keep-going or not
@@ -412,7 +422,7 @@ class JobRun:
             raise LinkError(f"{self.client.transport.name} has not answered for {SILENCE_S:.0f} s")
 
     def _tell_progress(self) -> None:
-        estimate = self.options.estimate
+        times = self.options.times
         answered = self.streamer.answered
         now = self.client.clock()
         last = self.streamer.last_answered
@@ -424,8 +434,8 @@ class JobRun:
                 lines=len(self.lines),
                 line=self._running or (last.number if last else 0),
                 elapsed_s=now - self._begin,
-                total_s=estimate.total_s if estimate else None,
-                remaining_s=estimate.remaining_s(answered, now - self._answered_at) if estimate else None,
+                total_s=times.total_s if times else None,
+                remaining_s=times.remaining_s(answered, now - self._answered_at) if times else None,
                 snapshot=self.client.now(),
                 under_way=self.streamer.window.under_way,
                 rx_bytes=self.streamer.window.capacity,

@@ -6,7 +6,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable
 
-from wificnc.link.typed import COMMENT, MESSAGE, SHOWN, chosen_comment, kept_comment
+from wificnc.connection.typed import COMMENT, MESSAGE, SHOWN, chosen_comment, kept_comment
 
 VALUE = re.compile(r"#\d+|#<[^>]*>|%(?:d|lf|f|\.\df)")  # in PRINT and DEBUG
 WITH_VALUES = re.compile(r"\s*(?:PRINT|DEBUG),", re.IGNORECASE)

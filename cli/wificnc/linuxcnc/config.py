@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import re
 
-from wificnc.checked import paths
+from wificnc.files import paths
 from wificnc.linuxcnc.source import PROGRAM
-from wificnc.machine.model import LinearAxis, Machine, RotaryAxis, Value
-from wificnc.protocol import AXES, load_settings
+from wificnc.profile.model import LinearAxis, Machine, RotaryAxis, Value
+from wificnc.tables import AXES, load_settings
 
 OUTPUT_COUNT, INPUT_COUNT = 5, 4  # digital pins of the component (linuxcnc/pins.h)
 KEY_FILE = "access.key"  # next to the INI file

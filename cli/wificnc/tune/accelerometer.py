@@ -14,8 +14,8 @@ from pathlib import Path
 
 import numpy as np
 
-from wificnc.checked.bounded import JOB_MAX, read_text
 from wificnc.errors import UserError
+from wificnc.files.bounded import JOB_MAX, read_text
 from wificnc.tune.motion import Floats
 
 UNIT_S = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9}

@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from wificnc.errors import UserError
-from wificnc.protocol import AXES, load_settings
+from wificnc.tables import AXES, load_settings
 from wificnc.tune.shapers import OFF, SHAPERS, TWO_HUMP_EI, Shaper, impulses
 
 SPREAD = 0.10  # by which a frequency changes with the place on the table, the load, and the measurement

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from wificnc.errors import JobError
-from wificnc.protocol import AXES
+from wificnc.tables import AXES
 from wificnc.tune.shapers import Impulses
 
 Floats = NDArray[np.float64]

@@ -16,7 +16,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 from wificnc.errors import UserError
-from wificnc.protocol import load_settings
+from wificnc.tables import load_settings
 
 REFERENCE_MM = 1.5  # from a row to the straight line that it is compared with
 PERIODS_BEFORE = 8.0  # at constant feed before the corner: the vibration of the start has decayed

@@ -14,7 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
-from wificnc.sim.plot import DPI, FAINT, INK, SOFT, STYLE
+from wificnc.simulator.plot import DPI, FAINT, INK, SOFT, STYLE
 from wificnc.tune.mass import response_mm, sample_s
 from wificnc.tune.predict import AxisPrediction
 from wificnc.tune.shapers import OFF, SHAPERS, Shaper, impulses

@@ -11,11 +11,11 @@ from typing import Any
 
 from wificnc.board.load import load_board
 from wificnc.errors import JobError, UserError
-from wificnc.machine import load_machine
-from wificnc.protocol import AXES, load_settings
-from wificnc.sim.job import Progress
-from wificnc.sim.report import error_line
-from wificnc.sim.run import SimOptions, parse_setting, simulate
+from wificnc.profile import load_machine
+from wificnc.simulator.job import Progress
+from wificnc.simulator.report import error_line
+from wificnc.simulator.run import SimOptions, parse_setting, simulate
+from wificnc.tables import AXES, load_settings
 from wificnc.tune.choice import GOOD, SPREAD, Mode
 from wificnc.tune.mass import Vibration, vibrations
 from wificnc.tune.motion import AxisMotion, Trace, read_trace

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from wificnc.errors import JobError, UserError
-from wificnc.protocol import load_settings
+from wificnc.tables import load_settings
 from wificnc.tune.accelerometer import Log
 from wificnc.tune.choice import Mode, check_mode
 from wificnc.tune.motion import Floats

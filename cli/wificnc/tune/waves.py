@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 
 from wificnc.errors import UserError
-from wificnc.protocol import load_settings
+from wificnc.tables import load_settings
 from wificnc.tune.choice import Mode, check_mode
 
 

@@ -19,7 +19,7 @@ from chip_steps import assert_same_steps, assert_steps_in_time
 from numpy.typing import NDArray
 from slow import deep_but
 from wificnc.board.load import load_board
-from wificnc.sim.run import SimOptions, simulate
+from wificnc.simulator.run import SimOptions, simulate
 from wificnc_chips.esp32.chip import SHIFT_FIRST, Chip, VirtualChip
 from xtensa import windows
 from xtensa.toolchain import NoToolchainError, find_toolchain

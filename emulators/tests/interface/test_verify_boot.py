@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 from wificnc.board import paths
 from wificnc.board.load import load_board
-from wificnc.sim.run import SimOptions
+from wificnc.simulator.run import SimOptions
 from wificnc_chips import verify
 
 

@@ -9,9 +9,10 @@ from pathlib import Path
 
 from wificnc.board import paths
 from wificnc.board.model import Board
-from wificnc.checked.bounded import IMAGE_MAX, read_bytes
 from wificnc.errors import BuildError, UserError
-from wificnc.flash.plan import (
+from wificnc.files.bounded import IMAGE_MAX, read_bytes
+from wificnc.firmware.flash.partitions import table_bytes, table_rows
+from wificnc.firmware.flash.plan import (
     APP_MAGIC,
     BOOTLOADER_AT,
     CHIP_IDS,
@@ -22,7 +23,6 @@ from wificnc.flash.plan import (
     load_regions,
     read_partitions,
 )
-from wificnc.flash.table import table_bytes, table_rows
 
 HEADER, SEGMENT_HEADER = 24, 8
 DESCRIPTION = 32  # esp_app_desc_t, at the beginning of the first segment

@@ -1,4 +1,4 @@
-/** What a laser burns: `wificnc sim --plot` draws the same (cli/wificnc/sim/engraving.py). Pure. */
+/** What a laser burns: `wificnc sim --plot` draws the same (cli/wificnc/simulator/engraving.py). Pure. */
 import { TABLES } from "../tables";
 import { PIECE_WORDS, type Report } from "./core";
 import { t } from "../words";

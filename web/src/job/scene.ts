@@ -1,5 +1,5 @@
 /**
- * What is drawn of a path: `wificnc sim --plot` draws the same, and both look as cli/wificnc/sim/look.py says. Pure.
+ * What is drawn of a path: `wificnc sim --plot` draws the same, and both look as cli/wificnc/simulator/look.py says. Pure.
  */
 import { TABLES } from "../tables";
 import { PIECE_WORDS, SAMPLE_WORDS, type Report } from "./core";

@@ -3,7 +3,7 @@ import { LinkError, type Transport, type TransportEvents } from "./transport";
 import { t } from "../words";
 
 const OPEN_MS = 5000;
-/** WebSocket close codes of the server (cli/wificnc/serve/page.py). */
+/** WebSocket close codes of the server (cli/wificnc/simulator/serve/page.py). */
 const CLOSED_BY_POLICY = 1008;
 
 /** Where the server of this page has its stream. */

@@ -1,1 +1,0 @@
-"""The way to a controller: bytes (transport), words (protocol), one conversation (client), many lines (stream)."""

@@ -1,1 +1,0 @@
-"""Simulated jobs: options in, figures, traces and pictures out."""
