@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
@@ -227,6 +228,7 @@ def test_a_full_disk_leaves_no_half_of_a_file(
     """The size of files is limited instead, which fails at the same write."""
     monkeypatch.chdir(tmp_path)
     Path("job.nc").write_text("G21\n" * 500)
+    monkeypatch.setattr(sys, "dont_write_bytecode", True)  # half of a module's would stay
     _, most = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (500, most))
     try:

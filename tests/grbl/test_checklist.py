@@ -15,7 +15,6 @@ if sys.version_info >= (3, 11):
     import tomllib
 else:
     import tomli as tomllib
-import tomllib
 from wificnc.connection.words import ALARMS
 
 TESTS = Path(__file__).parents[1]
