@@ -66,5 +66,18 @@ export async function connect(controller = new Controller(), board = new Board()
   return { board, controller };
 }
 
+/** Reports come from this state, and lines are answered, until a line is that one. @returns all lines that came */
+export async function answerUntil(board: Board, report: string, last: string, answer: (line: string) => readonly string[]): Promise<string[]> {
+  const lines: string[] = [];
+  while (!lines.includes(last)) {
+    const heard = board.heard().replaceAll(/[\x18\x85!]/g, "").split("\n").filter(Boolean);
+    for (const line of heard) board.says(...answer(line));
+    lines.push(...heard);
+    if (heard.length === 0) await board.reports(report);
+    await turn();
+  }
+  return lines;
+}
+
 /** Whatever waits for what was reported continues. */
 export const turn = (): Promise<void> => new Promise((resolve) => setTimeout(resolve, 0));

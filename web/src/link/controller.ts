@@ -200,6 +200,8 @@ export class Controller {
   stops = 0;
   /** Jogs, and probing in a parked hold, that anyone else has stopped. */
   othersStops = 0;
+  /** Resets that were reported, by anyone: what waits for the end of a hold does not follow one. */
+  resets = 0;
 
   readonly queue = new LineQueue();
   private transport: Transport | null = null;
@@ -341,7 +343,7 @@ export class Controller {
   }
 
   private ask(text: string, quiet: boolean): Promise<Answer> {
-    if (this.isDead) return Promise.resolve({ kind: "lost" });
+    if (this.isDead || !this.transport) return Promise.resolve({ kind: "lost" });
     return new Promise((resolve) => {
       this.queue.put({ text, quiet, settle: resolve });
       this.flush();
@@ -387,10 +389,10 @@ export class Controller {
   }
 
   /** A jog and the operator's probing end where they are; a move of an idle machine is held, and discarded at rest.
-   * @returns whether it was sent: to a link that is dead nothing is */
-  stopMotion(): boolean {
+   * @param isParked  what is to stop began in a parked hold @returns whether it was sent: to a link that is dead nothing is */
+  stopMotion(isParked = this.operates.peek()): boolean {
     this.realtime("JOG_CANCEL");
-    return this.operates.peek() ? !this.isDead : this.resetAtRest(() => this.status.peek()?.state === "Hold");
+    return isParked ? !this.isDead : this.resetAtRest(() => HELD.has(this.status.peek()?.state ?? ""));
   }
 
   /** Hold, and reset when nothing moves: so the position is kept. A report that was asked for before the hold may be
@@ -628,6 +630,7 @@ export class Controller {
 
   private takeBanner(isFirst: boolean): void {
     const isOwn = this.isOwnReset();
+    this.resets++;
     if (!isOwn) this.homed.value = ""; // it may have been without power
     if (!isOwn && !isFirst) this.restarted.value = true;
     this.alarm.value = null;

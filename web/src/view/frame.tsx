@@ -3,6 +3,7 @@ import { useSignal } from "@preact/signals";
 import type { JSX } from "preact";
 import { controller, move, noMotion, noPlace, preflight, standing } from "../app";
 import { LASER_LIMIT_PCT, planFrame, type FramePlan, type FrameWish } from "../job/frame";
+import { giveBack, modesOf } from "../link/modes";
 import { settingNumber } from "../tables";
 import { Button, Dialog, Field, Notice, StartStop } from "./parts";
 import { t } from "../words";
@@ -35,7 +36,7 @@ function FrameDialog({ onClose }: { onClose: () => void }): JSX.Element {
   const why = !plan ? t`The preflight has not finished.` : plan.kind === "refuse" ? plan.why : noMotion.value;
   const go = async (): Promise<void> => {
     [running.value, failed.value, stopped.value] = [true, "", false];
-    const stops = controller.stops;
+    const [stops, kept] = [controller.stops, modesOf(controller)];
     try {
       await controller.rest(); // it returns to where it is now, which the last report may not know
       const now = planNow();
@@ -43,8 +44,8 @@ function FrameDialog({ onClose }: { onClose: () => void }): JSX.Element {
       for (const line of now.frame.lines) await move(line, stops);
       onClose();
     } catch (error) {
-      if (wish.value.power_pct > 0 && controller.state.peek() === "Idle") await controller.send("M5").catch(() => {});
       failed.value = controller.stops !== stops ? t`Stopped by hand.` : error instanceof Error ? error.message : String(error);
+      if (wish.value.power_pct > 0) await giveBack(controller, kept, ["M5"]).catch(() => {});
     }
     running.value = false;
   };

@@ -4,6 +4,7 @@ import type { JSX } from "preact";
 import { useEffect } from "preact/hooks";
 import { attempt, controller, move, noMotion, standing } from "../app";
 import { edgeAngle_deg, planProbe, probeProblem, runProbe, stepText, USUAL, type Cycle, type ProbeMachine, type ProbeValues, type Sign, type Step } from "../link/probing";
+import { giveBack, lengthLine, modesOf } from "../link/modes";
 import { setPosition, showsInches, undoZero, workSystem } from "../zeroing";
 import { Button, Dialog, Field, Notice, Segments, StartStop } from "./parts";
 import { ProbePicture } from "./probepicture";
@@ -109,31 +110,20 @@ async function setLength(contact_mm: number): Promise<void> {
   await controller.refresh("$#");
 }
 
-function lengthLine(mm: number): string {
-  return `G21G43.1Z${Number(mm.toFixed(4))}`;
-}
-
 function isTouching(): boolean {
   return controller.status.value?.pins.includes("P") ?? false;
 }
 
-/** Of the program, as they were before the cycle, also when the cycle was stopped by a reset, which forgets them and the tool
- * length; those of a parked job come back by themselves. @param kept_mm  the tool length that is to be in force */
+/** What the program had before the cycle comes back, also when a reset has stopped the cycle; that of a parked job does by itself.
+ * @param kept_mm  the tool length that is to be in force */
 async function withModes(work: () => Promise<void>, kept_mm: () => number): Promise<void> {
   if (controller.operates.value) return work();
   await controller.refresh("$G");
-  const { modes } = controller;
-  const words = modes.value.split(" ").filter((word) => /^(G5[4-9](\.[123])?|G9[01]|G2[01]|G9[345])$/.test(word));
-  const feed = modes.value.split(" ").filter((word) => /^F[\d.]+$/.test(word) && words.includes("G94"));
+  const kept = modesOf(controller);
   try {
     await work();
   } finally {
-    await controller.rest().catch(() => {}); // after a reset the last report is from before it
-    if (controller.state.value === "Idle") {
-      await controller.refresh("$#");
-      if (length_mm() === 0 && kept_mm() !== 0) await controller.send(lengthLine(kept_mm()));
-      await controller.send(["G0", ...words, ...feed].join(""));
-    }
+    await giveBack(controller, { ...kept, length_mm: kept_mm() });
   }
   return undefined;
 }
@@ -182,12 +172,21 @@ export function ProbeDialog({ cycle, title, onClose }: { cycle: Cycle; title: st
   const go = async (): Promise<void> => {
     [phase.value, failed.value, set.value] = ["running", "", []];
     const ended = watch();
+    const tell = (error: unknown): void => void (failed.value ||= ended() || (error instanceof Error ? error.message : String(error)));
+    const run = async (): Promise<void> => {
+      try {
+        found.value = await runProbe(steps, noting, ended);
+      } catch (error) {
+        tell(error); // before the end of a hold, which the modes wait for
+        throw error;
+      }
+    };
     try {
       before_mm.value = kept_mm.value = length_mm();
-      await withModes(async () => void (found.value = await runProbe(steps, noting, ended)), () => kept_mm.value);
+      await withModes(run, () => kept_mm.value);
       phase.value = "done";
     } catch (error) {
-      failed.value = ended() || (error instanceof Error ? error.message : String(error));
+      tell(error);
       phase.value = "ready";
     }
   };
