@@ -177,7 +177,7 @@ export function ProbeDialog({ cycle, title, onClose }: { cycle: Cycle; title: st
       try {
         found.value = await runProbe(steps, noting, ended);
       } catch (error) {
-        tell(error); // before the end of a hold, which the modes wait for
+        if (phase.peek() === "running") tell(error); // before the end of someone else's hold, which the modes wait for
         throw error;
       }
     };
