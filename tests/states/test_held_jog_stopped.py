@@ -112,6 +112,20 @@ def test_who_ends_its_own_jog_may_jog_immediately(hub: HubHosts, who: str, stop:
 
 
 @pytest.mark.parametrize("stop", stops_of("sender"))
+def test_a_stop_at_rest_in_a_parked_hold_is_reported(hub: HubHosts, stop: str) -> None:
+    """Between two steps of a probing cycle: the state stays Hold, so that nothing else tells its client."""
+    hub.put_of(SENDER, "G91G1Z20F600\n")
+    hub.after(0.5)
+    hub.after(0.5, "!")
+    hub.after(0.5, "\xa3")
+    hub.passes(2 * RELEASED_S)
+    assert TOLD not in hub.heard_of(SENDER)
+    stops_of("sender")[stop](hub)
+    hub.passes(0.1)
+    assert hub.heard_of(SENDER).count(TOLD) == 1
+
+
+@pytest.mark.parametrize("stop", stops_of("sender"))
 def test_also_in_a_parked_hold(hub: HubHosts, stop: str) -> None:
     hub.put_of(SENDER, "G91G1Z20F600\n")
     hub.after(0.5)
