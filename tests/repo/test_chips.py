@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from lint.chips import MODULES, check_chips, check_file, listed
+from tools_here import needs_git
 from wificnc.build.checkout import checkout_root
 
 ROOT = checkout_root()
@@ -56,6 +57,7 @@ def test_the_command_imports_it_in_functions_alone() -> None:
     assert found(typed, command) == []
 
 
+@needs_git  # it tells which files are ours
 def test_each_module_lists_its_names_and_this_tree_keeps_to_them() -> None:
     for module in MODULES:
         assert listed(ROOT / "emulators" / module.replace(".", "/") / "__init__.py"), module
