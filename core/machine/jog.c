@@ -34,13 +34,13 @@ static void note_asked(struct machine *machine) {
 }
 
 void machine_stopped_by_other(struct machine *machine) {
+    const bool held = is_held(machine), parked = machine->park.open;
     /* In a parked hold the state does not change: who moves step by step learns of it from the message alone.
      */
-    const bool parked = machine->park.open;
-    if (!is_held(machine) && !parked)
+    machine->jogs.tells |= (is_jogging(machine) || parked) && !machine->host.owns;
+    if (!held)
         return;
     machine->jogs.lock = JOG_LOCK_ON;
-    machine->jogs.tells |= (is_jogging(machine) || parked) && !machine->host.owns;
     note_asked(machine);
 }
 
