@@ -165,7 +165,7 @@ def long(header: str, row: str = "{t},0.5", count: int = 1000) -> str:
         (long("time,x") + "\n1.0,nan", "accel.csv:1002: nan is not a finite number"),
         (long("time,x") + "\n0.1,1", "time goes back near line 1002"),
         (long("time_us,x"), "different times in 6.24e-07 s; at least 256 in 0.5 s"),
-        ("time,x\n0,1\n1," + "1" * 200_000, "is no table"),
+        ("time,x\n0,1\n1," + "1" * 200_000, "is not a table"),
     ],
 )
 def test_what_is_no_log_is_refused(text: str, words: str, tmp_path: Path):

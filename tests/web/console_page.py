@@ -31,7 +31,7 @@ def hands_say(server: Server, line: str) -> str:
 SLOW = 0.05  # of real time: a second of cutting takes 20 s, however long a busy computer takes for a click
 
 
-PLACE_MS = 3000  # of web/src/press.ts: so long nothing else acts where another button was
+PLACE_MS = 3000  # of web/src/press.ts: the time in which nothing else acts where another button was
 
 
 def press(control: Locator) -> None:

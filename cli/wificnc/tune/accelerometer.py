@@ -82,7 +82,9 @@ def _rows(path: Path) -> list[tuple[int, list[str]]]:
             (number, row) for number, row in numbered if number == lines[0][0] or not row[0].lstrip().startswith("#")
         ]
     except csv.Error as err:  # of NUL, until Python 3.11, and of a cell of 131,073 characters
-        raise UserError(f"{path} is no table: {err}", hint="a log is text with a row of numbers in each line") from err
+        raise UserError(
+            f"{path} is not a table: {err}", hint="a log is text with a row of numbers in each line"
+        ) from err
     if delimiter == ";":  # of a country that writes 0,5
         rows = [rows[0], *((number, [cell.replace(",", ".") for cell in row]) for number, row in rows[1:])]
     return rows
