@@ -177,9 +177,10 @@ static const char *load_names(struct nvs_store *store) {
 }
 
 static void start_servers(struct firmware *firmware) {
-    char text[64];
+    char text[64], port[8];
     int error;
-    if (!controller_listen(&firmware->controller, NULL, "23", &error)) {
+    snprintf(port, sizeof port, "%d", TELNET_PORT);
+    if (!controller_listen(&firmware->controller, NULL, port, &error)) {
         snprintf(text, sizeof text, "Cannot start Telnet, error %d", error);
         firmware_tell(firmware, text);
     }
@@ -193,7 +194,8 @@ static void start_servers(struct firmware *firmware) {
     }
     names.update = services_update;
     names.updates = &firmware->services;
-    if (page_start(&firmware->controller.hub, NULL, &names, "80", &error)) {
+    snprintf(port, sizeof port, "%d", PAGE_PORT);
+    if (page_start(&firmware->controller.hub, NULL, &names, port, &error)) {
         services_announce_page(&firmware->services, PAGE_PORT);
         return;
     }
